@@ -264,6 +264,7 @@ test: build/venv/stamp mfec $(PROGRAM_debug) build/debug/unit/tests build/releas
 
 # It sees the wheels of build/venv: twice as much would lie there otherwise.
 build/venv-pictures/stamp: postproc/requirements-pictures.txt build/venv/stamp .ci/setup | build/setup.stamp
+	@.ci/setup browser
 	@.ci/setup python build/venv-pictures postproc/requirements-pictures.txt build/venv
 	@touch $@
 
@@ -281,14 +282,14 @@ verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms
 	    --markdown build/verification.md --table build/verification/table.md \
 	    --spread doc/verification/spread.json --figures build/verification)
 
-figures: build/venv/stamp mfec ## draw the figures of the manuals anew: doc/pictures
-	@$(PYTHON) doc/figures.py
+figures: build/venv-pictures/stamp mfec ## draw the figures of the manuals anew: doc/pictures
+	@build/venv-pictures/bin/python doc/figures.py
 
 html: build/venv/stamp ## the manuals as HTML pages, formulas drawn: build/html
 	@$(PYTHON) doc/pages.py
 
-gallery: build/venv/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
-	@$(PYTHON) doc/figures.py --gallery
+gallery: build/venv-pictures/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
+	@build/venv-pictures/bin/python doc/figures.py --gallery
 
 # The program, its man page and completion, the manuals, the example decks and the Python package.
 SHARE = $(DESTDIR)$(PREFIX)/share

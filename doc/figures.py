@@ -24,11 +24,16 @@ import numpy as np
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(HERE)
 sys.path.insert(0, os.path.join(TOP, 'postproc'))
-from mfec_post import Results, Surfaces, demo, read_table, rows_of, scene, style  # noqa: E402
+sys.path.insert(0, HERE)
+from mfec_post import Results, Surfaces, demo, drawing, geometry, read_table, rows_of, scene, style  # noqa: E402
 from mfec_post import lay as lay_script  # noqa: E402
+
+import scenes  # noqa: E402
 
 PICTURES = os.path.join(HERE, 'pictures')
 GALLERY = os.path.join(HERE, 'gallery')
+PANEL = (84.0, 70.0)
+"""Width and height of a picture in print [mm]."""
 
 
 def deck_text(deck):
@@ -85,30 +90,70 @@ def cone(folder, plt):
             status.append(at['status'][0])
             force.append(at['traction'][0])
     slave, tip, status, force = map(np.array, (slave, tip, status, force))
-    figure, axes = plt.subplots(figsize=(6.4, 2.9))
+    figure = plt.figure(figsize=(6.7, 4.9))
+    elliptic_cone(figure.add_axes((0.0, 0.4, 1.0, 0.62), projection='3d'))
+    axes = figure.add_axes((0.09, 0.13, 0.88, 0.27))
     depth = np.abs(slave - tip).max()
     size = 0.14 * np.ptp(slave[:, 0]) / depth
     for k in range(0, len(tip), 2):
         gap = slave[k] - tip[k]
         end = tip[k] + size * gap
         colour = style.RED if status[k] == 2 else style.BLUE
+        near = min(max(k, 1), len(tip) - 2)
+        along = tip[near + 1] - tip[near - 1]
+        along = along / np.linalg.norm(along) if np.any(along) else np.array([1.0, 0.0, 0.0])
+        normal = np.array([along[2], 0.0, -along[0]])  # into the master
+        deep = 1.15 * size * abs(gap @ normal)
+        rim = [tip[k] + deep * (normal + sign * 0.6 * along) for sign in (-1, 1)]
+        axes.fill([tip[k][0], rim[0][0], rim[1][0]], [tip[k][2], rim[0][2], rim[1][2]],
+                  color=style.ORANGE, alpha=0.22, lw=0)
         axes.annotate('', (end[0], end[2]), (tip[k][0], tip[k][2]), annotation_clip=False,
-                      arrowprops={'arrowstyle': '-|>', 'color': colour, 'lw': 1.3, 'shrinkA': 0,
-                                  'shrinkB': 0})
-    axes.plot(tip[:, 0], tip[:, 2], '-', color=style.GREY, lw=1)
-    axes.plot(tip[::2, 0], tip[::2, 2], 'o', color=style.INK, ms=3, label='tip on the facet')
+                      arrowprops={'arrowstyle': '-|>', 'color': colour, 'lw': 1.1, 'shrinkA': 0,
+                                  'shrinkB': 0, 'mutation_scale': 8})
+    axes.plot(tip[:, 0], tip[:, 2], '-', color=style.GREY, lw=1, label='surface of the master')
+    axes.plot(tip[::2, 0], tip[::2, 2], 'o', color=style.INK, ms=3, label='apex')
+    axes.fill([], [], color=style.ORANGE, alpha=0.3, label='section of the cone')
     axes.plot([], [], color=style.BLUE, label='gap vector, stick')
     axes.plot([], [], color=style.RED, label='gap vector, slip')
-    axes.set_aspect('equal')
-    axes.set_xlabel('x')
-    axes.set_ylabel('z')
-    axes.set_ylim(-0.24, 0.06)
-    axes.legend(loc='upper center', bbox_to_anchor=(0.5, -0.45), ncol=3)
-    axes.set_title(f'a node slides over a kinked edge; gap vectors {size:.0f} times', fontsize=9)
+    axes.set_aspect('equal', adjustable='datalim')
+    axes.set_xlabel('$x_1$')
+    axes.set_ylabel('$x_3$')
+    axes.legend(loc='upper center', bbox_to_anchor=(0.48, -0.28), ncol=5, fontsize=7.5,
+                handlelength=1.2, columnspacing=1.0)
+    figure.text(0.02, 0.97, '(a)')
+    figure.text(0.02, 0.41, f'(b)  a node slides over a kinked edge; gaps {size:.0f} times', fontsize=9)
     return figure
 
 
+def elliptic_cone(axes):
+    """The cone of an elliptical law under a facet: a point that sticks, and one that slips."""
+    mu1, mu2, deep = 0.75, 0.42, 1.0
+    turn, down = np.meshgrid(np.linspace(0, 2 * np.pi, 73), np.linspace(0, deep, 9))
+    facet = np.array([[-1.5, -0.95, 0], [1.6, -0.75, 0], [0.1, 1.35, 0], [-1.5, -0.95, 0]])
+    axes.plot_trisurf(facet[:3, 0], facet[:3, 1], facet[:3, 2], color=style.GREY, alpha=0.25)
+    axes.plot(*facet.T, color=style.GREY, lw=1)
+    axes.plot_surface(mu1 * down * np.cos(turn), mu2 * down * np.sin(turn), -down, color=style.ORANGE,
+                      alpha=0.35, linewidth=0)
+    rim = np.linspace(0, 2 * np.pi, 73)
+    axes.plot(mu1 * deep * np.cos(rim), mu2 * deep * np.sin(rim), -deep, color=style.ORANGE, lw=1.2)
+    axes.plot([-1.1, 1.1], [0, 0], [0, 0], color=style.GREEN, lw=1, ls='--')
+    axes.text(1.15, 0, 0.02, 'lay, $\\mu_1$', color=style.GREEN, fontsize=9)
+    stick, at = np.array([-0.25, 0.0, -0.85]), np.radians(-40)
+    slip = np.array([mu1 * 0.8 * np.cos(at), mu2 * 0.8 * np.sin(at), -0.8])
+    for point, colour, word in ((stick, style.BLUE, 'inside: stick'), (slip, style.RED,
+                                                                       'on the cone: slip')):
+        axes.quiver(0, 0, 0, *point, color=colour, arrow_length_ratio=0.12, lw=1.5)
+        axes.text(0.85 * np.sign(point[0]), 0, -0.85, word, color=colour, fontsize=9,
+                  ha='right' if point[0] < 0 else 'left')
+    axes.plot([0], [0], [0], 'o', color=style.INK, ms=4)
+    axes.text(-0.05, 0, 0.1, 'apex', fontsize=9, ha='right')
+    axes.set_box_aspect((3.1, 2.3, 1.2), zoom=1.3)
+    axes.view_init(elev=12, azim=-68)
+    axes.set_axis_off()
+
+
 cone.decks = ['inputs/two_facet_edge.inp']
+cone.sources = [inspect.getsource(elliptic_cone)]
 
 
 def ellipse(folder, plt):
@@ -206,7 +251,7 @@ def hosts(folder, plt):
         axes.plot(corners[:, 0], corners[:, 1], color=style.GREY, lw=0.8)
         mine = host == k + 1
         axes.plot(place[mine, 0], place[mine, 1], 'o', color=colours[k % 4], ms=4,
-                  label=f'host: facet {k + 1}')
+                  label=f'on master facet {k + 1}')
     size = 0.12 / np.linalg.norm(force, axis=1).max()
     axes.quiver(place[::3, 0], place[::3, 1] + 0.08, size * force[::3, 0], size * force[::3, 1],
                 angles='xy', scale_units='xy', scale=1, width=0.003, color=style.INK)
@@ -233,7 +278,7 @@ def lays(folder, plt):
         with Surfaces(base + '.check.contact.vtkhdf') as surfaces:
             master = surfaces.surface(next(iter(surfaces.pairs)), 'master')
         x, lay = master.points, master.at_nodes['lay']
-        half = 0.35 * scene.facet_size(x, master.facets)
+        half = 0.35 * geometry.facet_size(x, master.facets)
         axes.triplot(x[:, 0], x[:, 1], master.facets, color=style.GRID, lw=0.5)
         begin, end = x - half * lay, x + half * lay
         axes.plot([begin[:, 0], end[:, 0]], [begin[:, 1], end[:, 1]], color=style.GREEN, lw=1.2)
@@ -298,149 +343,99 @@ FIGURES = {f.__name__: f for f in (cone, ellipse, fig6, forms, hosts, lay, lays,
 
 # ---- the gallery ----------------------------------------------------------------------------
 
-FRONT, BEHIND, ABOVE = (-60.0, 24.0), (75.0, 40.0), (-60.0, 50.0)  # FRONT: contact face on
-# name, deck, options of the run, view, what is drawn, what it is
-SCENES = [
-    ('cube', 'sliding_cube', ['--set', 'phi=45'], FRONT, 'bodies:mises',
-     "The paper's cube, pressed on a block and pushed over it; the lay stands at 45°."),
-    ('disc', 'gallery/disc_under_pad', [], ABOVE, 'bodies:mises',
-     'A pad on an elastic disc with a spiral lay: friction pulls it aside.'),
-    ('ironing', 'gallery/ironing', [], FRONT, 'bodies:mises',
-     'A stiff runner is drawn over a soft strip.'),
-    ('press_fit', 'gallery/press_fit', [], FRONT, 'bodies:mises',
-     'A hub is pressed on a shaft that is too thick for it.'),
-    ('shrunk', 'gallery/shrink_fit', [], FRONT, 'bodies:mises',
-     'A hub is shrunk on a ring: the overlap is taken up in four increments.'),
-    ('hertz', 'sphere_on_plate', [], FRONT, 'slave:pressure',
-     'Hertz: a cap of a sphere, meshed by Gmsh, is pressed on a plate and slid.'),
-    ('partial_slip', 'gallery/partial_slip', [], FRONT, 'slave:status',
-     'Partial slip: pushed by less than friction holds, the middle sticks and the rims slip.'),
-    ('wedge', 'gallery/wedge', [], FRONT, 'bodies:mises',
-     'A block with its weight is pushed up a slope (NAFEMS CGS-4).'),
-    ('groove', 'gallery/ball_in_groove', [], ABOVE, 'master:pressure',
-     'A ball is drawn along a groove that wedges it.'),
-    ('belt', 'gallery/belt', [], FRONT, 'bodies:mises',
-     'The capstan: the force in a belt grows along the drum.'),
-    ('oring', 'gallery/oring', [], ABOVE, 'slave:pressure',
-     'A quarter of an O-ring between two plates.'),
-    ('roller', 'gallery/rolling_cylinder', [], FRONT, 'bodies:mises',
-     'A rigid cylinder is drawn by its axle, and rolls.'),
-    ('ground', 'gallery/ground_disc', [], ABOVE, 'master:lay',
-     'A loaded rigid pin on a ground disc of rubber that turns with its lay.'),
-    ('stack', 'gallery/stack_on_slope', [], FRONT, 'bodies:mises',
-     'A stack on a slope, held by friction alone.'),
-    ('lug', 'gallery/lug', [], FRONT, 'bodies:mises',
-     'A part drawn in Gmsh: a lug and its pin.'),
-]
-MORE = [
-    ('rigid', 'sliding_cube_rigid', ['--set', 'phi=45'], FRONT, 'slave:shear_traction',
-     'The same cube on a rigid base: the closed form to six digits.'),
-    ('lift', 'press_slide_lift_return', [], FRONT, 'bodies:mises',
-     'A block is pressed, slid, lifted and put down again.'),
-    ('pairs', 'two_cubes_block', [], FRONT, 'slave:shear_traction',
-     'Two cubes on one base: two pairs with laws of their own.'),
-    ('numbered', 'two_cubes_numbered', [], FRONT, 'bodies:mises',
-     "The same in FEAP's classic form, by numbers."),
-    ('edge', 'two_facet_edge', ['--set', 'slope=0.2'], FRONT, 'bodies:displacement',
-     'The tip of a body slides over a kinked edge.'),
-    ('pulled', 'manual/pulled_block', [], FRONT, 'bodies:displacement',
-     'A block that is pulled: the first deck of the manual.'),
-    ('tetrahedra', 'manual/numbered_tetrahedron', [], FRONT, 'bodies:displacement',
-     'Nodes and elements by number.'),
-    ('block', 'manual/block_on_plate', [], FRONT, 'bodies:mises',
-     'A block on a plate: the first contact deck of the manual.'),
-    ('turned', 'manual/turned_disc', [], FRONT, 'master:status',
-     'A block is led over a face that was turned on a lathe.'),
-    ('drum', 'manual/turning_pin', [], BEHIND, 'bodies:displacement',
-     'A pin is led around a drum of flat facets that `SMOOth` bends.'),
-    ('meshes', 'manual/two_meshes', [], FRONT, 'slave:pressure',
-     'Meshes that do not match, joined by `GTOS`.'),
-    ('patch', 'manual/cut_facets', [], FRONT, 'slave:pressure',
-     'The same, cut by `SEGMent`: the same pressure everywhere.'),
-    ('held', 'manual/held_block', [], FRONT, 'bodies:mises',
-     'A body that nothing holds along its base, with `HOLD`.'),
-    ('loads', 'manual/added_loads', [], FRONT, 'bodies:displacement',
-     'Loads that add, each with its table.'),
-    ('standing', 'manual/standing_post', [], FRONT, 'bodies:mises',
-     'A post under its weight, pressed and pushed.'),
-    ('sprung', 'manual/sprung_post', [], FRONT, 'bodies:displacement',
-     'A post with springs at its back, pushed until it slips.'),
-    ('turning', 'manual/turning_disc', [], FRONT, 'master:lay',
-     'A pin on a ground disc that turns with its lay.'),
-    ('rigid_tool', 'manual/rigid_tool', [], FRONT, 'bodies:mises',
-     'A rigid punch under a force, free to tilt, is dragged over a block.'),
-    ('exact_tools', 'manual/exact_tools', [], FRONT, 'bodies:mises',
-     'A block on an exact floor, under an exact ball that presses, drags and turns.'),
-    ('feap', 'manual/from_feap', [], FRONT, 'bodies:displacement',
-     'A deck of FEAP as it lies on disk.'),
-    ('tied', 'manual/tied_blocks', [], FRONT, 'bodies:displacement',
-     'Blocks joined by `TIE`.'),
-    ('rubber', 'manual/rubber_block', [], FRONT, 'bodies:mises',
-     'Rubber of ten-node elements is pressed and dragged: finite strain.'),
-    ('study', 'friction_study', [], FRONT, 'bodies:displacement',
-     'Many variants of one run: `STUDy`.'),
-    ('circle', 'lay_by_circle', [], FRONT, 'bodies:displacement',
-     'A cube led around a circle: its curves tell the law of friction.'),
-]
-HALF = (460, 348)
-
-
 def deck_of(name):
     """The path of a deck of inputs/."""
     return f'inputs/{name}.inp'
 
 
-def later(deck):
-    """What a deck says of later versions, '' if it says nothing."""
-    found = re.search(r'^! Later +(.*(?:\n!  .*)*)', deck_text(deck), re.M)
-    return re.sub(r'\n! +', ' ', found.group(1)) if found else ''
+def panel(base, what, frame, view):
+    """One scene of a run: `mesh`, `bodies:FIELD`, `slave:FIELD` or `master:FIELD`, with `:PAIR` or all."""
+    kind, field, pair = (what.split(':') + ['', ''])[:3]
+    with open(base + '.inp', encoding='ascii') as stream:
+        units = scene.Units('mm', 'N') if '(N, mm' in stream.read() else None
+    if kind in ('mesh', 'bodies'):
+        with Results(base + '.vtkhdf') as results:
+            return scene.mesh(results, view) if kind == 'mesh' else scene.bodies(results, frame, field,
+                                                                                 1.0, view, units)
+    with Surfaces(base + '.contact.vtkhdf') as surfaces:
+        return scene.contact(surfaces, frame, field, [pair] if pair else None, kind, 1.0, view, units)
 
 
-def draw_scene(folder, deck, options, view, what):
-    """Two pictures side by side: the mesh, and a result at the last end time."""
-    base = run(folder, deck, options)
-    kind, field = what.split(':')
-    with Results(base + '.vtkhdf') as results:
-        left = scene.mesh(results, view)
-        if kind == 'bodies':
-            right = scene.bodies(results, -1, field, view=view)
-    if kind != 'bodies':
-        with Surfaces(base + '.contact.vtkhdf') as surfaces:
-            right = scene.contact(surfaces, -1, field, None, kind,
-                                  view=None if view == FRONT else view)
-    return np.concatenate([scene.draw(one, None, 'matplotlib', HALF) for one in (left, right)],
-                          axis=1)
+def curve_picture(x, y, x_label, y_label, size):
+    """A curve in a picture of so many pixels at 300 dpi."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    style.use()
+    figure = Figure(figsize=(size[0] / 300, size[1] / 300), dpi=300)
+    canvas = FigureCanvasAgg(figure)
+    axes = figure.add_axes((0.2, 0.2, 0.75, 0.72))
+    axes.plot(x, y, '.-', color=style.BLUE, lw=1.2, markersize=3)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def entry(name, deck, options, what, text):
+def draw_scene(base, panels, curve):
+    """The panels of a scene beside each other, and its curve."""
+    picture = drawing.draw_row([panel(base, *one) for one in panels], None, PANEL)
+    if curve:
+        picture = np.concatenate([picture, curve_picture(*curve(base), (
+            picture.shape[1] // len(panels), picture.shape[0]))], axis=1)
+    return picture
+
+
+def facts(base, number):
+    """Size and time of a run, and its number beside the reference."""
+    with open(base + '.log', encoding='utf-8') as stream:
+        log = stream.read()
+    nodes, elements, dofs = re.search(
+        r'^mesh +(\d+) nodes, (\d+) elements, (\d+) free dofs', log, re.M).groups()
+    steps, solves = re.search(r'^(\d+) increments?, (\d+) iterations', log, re.M).groups()
+    seconds = float(re.search(r'^processor time of all threads +([\d.]+)', log, re.M).group(1))
+    what, found, wanted, _ = number(base)
+    return (f'{int(dofs):,} dofs, {int(elements):,} elements, {steps} load steps, {solves} iterations, '
+            f'{max(1, round(seconds))} s of processor time. **{what[0].upper() + what[1:]}: {found:.4g}**; '
+            f'reference {wanted:.4g}, difference {100 * (found / wanted - 1):+.2g} %.')
+
+
+def entry(name, deck, options, title, text, told):
     """The lines of a scene on the page."""
-    lines = [f'### {text}', '', f'![mesh; {what.replace(":", ", ")}](gallery/{name}.png)', '',
-             f'`{" ".join(["./mfec", deck] + options)}`', '']
-    return lines + ([f'Later: {later(deck)}', ''] if later(deck) else [])
+    return [f'## {title}', '', f'![{title}](gallery/{name}.png)', '', text, '', told, '',
+            f'`{" ".join(["./mfec", deck] + options)}`', '']
+
+
+def kept_facts(name):
+    """What the page says of a scene today."""
+    with open(os.path.join(HERE, 'gallery.md'), encoding='utf-8') as stream:
+        page = stream.read()
+    found = re.search(rf'gallery/{name}\.png\)\n\n.*\n\n(.*)\n', page)
+    return found.group(1) if found else ''
 
 
 def make_gallery(names):
     """Draws the scenes and writes the page."""
     from PIL import Image
     os.makedirs(GALLERY, exist_ok=True)
-    lines = ['# Gallery', '', 'Made by `make gallery`: each deck of `inputs`, its mesh, and a result at '
-             'the last end time. The tests run them all. More fields, scales, views and movies: '
-             '`mfec-post picture --help`.', '', '## Fifteen scenes', '']
+    lines = ['# Gallery', '', 'Made by `make gallery` from runs of the decks named below each picture; every '
+             'number stands beside a reference, and a test holds both. Lengths and forces are mm and N where '
+             'the deck says so. More fields, scales, views and movies: `mfec-post picture --help`.', '']
     digests = read_digests(GALLERY)
     with tempfile.TemporaryDirectory() as folder:
-        for name, deck, options, view, what, text in SCENES + MORE:
+        for name, deck, options, panels, curve, number, title, text in scenes.SCENES:
             deck, path = deck_of(deck), os.path.join(GALLERY, name + '.png')
-            if name == MORE[0][0]:
-                lines += ['## The other example decks', '']
-            if not names or name in names:
-                picture = draw_scene(folder, deck, options, view, what)
-                Image.fromarray(picture).quantize(96).save(path, optimize=True)
-                digests[name] = scene_digest(deck, options, view, what)
+            told = kept_facts(name)
+            if not names or name in names or not told:
+                base = run(folder, deck, options)
+                picture = Image.fromarray(draw_scene(base, panels, curve))
+                picture.save(path, optimize=True, dpi=(300, 300))
+                told = facts(base, number)
+                digests[name] = scene_digest(deck, options, panels, number, curve)
                 print(path)
-            lines += entry(name, deck, options, what, text)
+            lines += entry(name, deck, options, title, text, told)
     with open(os.path.join(HERE, 'gallery.md'), 'w', encoding='utf-8') as stream:
         stream.write('\n'.join(lines).rstrip() + '\n')
-    write_digests(GALLERY, {name: digests[name] for name, *_ in SCENES + MORE})
+    write_digests(GALLERY, {one[0]: digests[one[0]] for one in scenes.SCENES})
 
 
 # ---- freshness ------------------------------------------------------------------------------
@@ -458,9 +453,10 @@ def figure_digest(name):
         part for deck in figure.decks for part in (deck_text(deck), numbers_of(deck))])
 
 
-def scene_digest(deck, options, view, what):
+def scene_digest(deck, options, panels, number, curve):
     """What a picture of the gallery depends on: deck, meshes, results and what is drawn of them."""
-    texts = [deck_text(deck), numbers_of(deck), ' '.join(options), str(view), what]
+    texts = [deck_text(deck), numbers_of(deck), ' '.join(options), str(panels), inspect.getsource(number)]
+    texts += [inspect.getsource(curve)] if curve else []
     for path in meshes(deck):
         with open(path, 'rb') as stream:
             texts.append(hashlib.sha256(stream.read()).hexdigest())
@@ -503,8 +499,8 @@ def stale():
     """Pictures that are missing, or older than what they show."""
     found = []
     for folder, wanted in ((PICTURES, {name: figure_digest(name) for name in FIGURES}),
-                           (GALLERY, {s[0]: scene_digest(deck_of(s[1]), *s[2:5])
-                                      for s in SCENES + MORE})):
+                           (GALLERY, {s[0]: scene_digest(deck_of(s[1]), s[2], s[3], s[5], s[4])
+                                      for s in scenes.SCENES})):
         kept = read_digests(folder)
         found += [os.path.join(os.path.basename(folder), name + '.png')
                   for name, digest in wanted.items()
@@ -518,7 +514,7 @@ def make_figures(names):
     os.makedirs(PICTURES, exist_ok=True)
     digests = read_digests(PICTURES)
     plt = style.pyplot()
-    plt.rcParams['savefig.dpi'] = 130
+    plt.rcParams['savefig.dpi'] = 300
     with tempfile.TemporaryDirectory() as folder:
         for name in names or FIGURES:
             path = os.path.join(PICTURES, name + '.png')

@@ -8,7 +8,7 @@ from typing import Optional
 
 import mfec
 
-from . import adapt, check, compare, demo, export, identify, pictures, plots, report
+from . import adapt, check, compare, demo, drawing, export, identify, pictures, plots, report
 from .tables import TableError
 
 
@@ -20,7 +20,6 @@ def parser() -> argparse.ArgumentParser:
     one = commands.add_parser('report', help='one HTML file of a run')
     one.add_argument('results', help='results file (.vtkhdf); log and tables lie beside it')
     one.add_argument('--out', help='file to write (default: x.html)')
-    one.add_argument('--renderer', choices=('auto', 'pyvista', 'matplotlib'), default='auto')
     one = commands.add_parser('plot', help='curves of any columns of any tables')
     one.add_argument('tables', nargs='+', help='.rea, .con, .his, ... of one or several runs')
     one.add_argument('--x', default='time', help='column along the axis (default time)')
@@ -31,9 +30,12 @@ def parser() -> argparse.ArgumentParser:
     one = commands.add_parser('picture', help='bodies or contact surfaces at one end time')
     pictures.add_options(one)
     one.add_argument('--frame', type=int, default=-1, help='end time, from 0 (default: last)')
-    one.add_argument('--out', default='picture.png', help='picture (.png)')
+    one.add_argument('--out', default='picture.png', help='picture (.png; words of .pdf '
+                     'and .svg are vectors)')
+    one.add_argument('--dpi', type=float, default=drawing.DPI, help='pixels an inch (default 300)')
     one = commands.add_parser('movie', help='the same for all end times')
     pictures.add_options(one)
+    one.add_argument('--dpi', type=float, default=150.0, help='pixels an inch (default 150)')
     one.add_argument('--fps', type=float, default=8.0, help='pictures a second')
     one.add_argument('--out', default='movie.gif', help='.gif or .mp4')
     one = commands.add_parser('compare', help='two tables with tolerances', add_help=False)
@@ -63,7 +65,7 @@ def perform(given: argparse.Namespace) -> list[str]:
     """Carries out a command; the files written."""
     if given.command == 'report':
         out = given.out or os.path.splitext(given.results)[0] + '.html'
-        return [report.write(given.results, out, given.renderer)]
+        return [report.write(given.results, out)]
     if given.command == 'plot':
         plots.plot(plots.curves(given.tables, given.x, given.y, given.name), given.out, given.x,
                    given.title)

@@ -15,6 +15,7 @@ from typing import Optional
 import numpy as np
 
 from .cube import plot as plot_cube
+from .drawing import has_pyvista
 from .reactions import Curve, plot as plot_reactions
 from .results import Results
 from .tables import TableError
@@ -77,10 +78,12 @@ def main(arguments: Optional[list[str]] = None) -> int:
         return 1
     try:
         curves = [Curve(base + '.rea', name=run[0]) for base, run in zip(bases, RUNS)]
-        pictures = [os.path.join(options.out, name) for name in ('reactions.png', 'cube.png')]
+        pictures = [os.path.join(options.out, 'reactions.png')]
         plot_reactions(curves, pictures[0])
-        with Results(bases[3] + '.vtkhdf') as results:
-            plot_cube(results, pictures[1])
+        if has_pyvista():
+            pictures.append(os.path.join(options.out, 'cube.png'))
+            with Results(bases[3] + '.vtkhdf') as results:
+                plot_cube(results, pictures[1])
     except (TableError, OSError, KeyError, IndexError) as problem:
         print(f'demo: {problem}', file=sys.stderr)
         return 2
@@ -88,6 +91,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     print('\nFigures')
     for picture in pictures:
         print('  ' + picture)
+    if not has_pyvista():
+        print("  with pip install 'mfec[pictures]': a picture of the cube, too")
     print('Tables')
     for base in bases:
         print(f'  {base}.rea')

@@ -8,6 +8,7 @@ from typing import Callable, Optional
 import numpy as np
 from numpy.typing import NDArray
 
+from . import drawing
 from . import scene as scenes
 from .results import Results
 from .surfaces import Surfaces, surfaces_beside
@@ -24,8 +25,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument('--side', choices=('slave', 'master'), default='slave')
     parser.add_argument('--scale', type=float, default=1.0, help='magnifies the displacements')
     parser.add_argument('--view', type=float, nargs=2, metavar=('AZIMUTH', 'ELEVATION'))
-    parser.add_argument('--renderer', choices=('auto', 'pyvista', 'matplotlib'), default='auto')
-    parser.add_argument('--size', type=int, nargs=2, default=(900, 680), metavar=('W', 'H'))
+    parser.add_argument('--by-facet', action='store_true', help='--contact: means of facets in '
+                        'place of the field of the nodes')
+    parser.add_argument('--length', default='', metavar='UNIT', help='for labels: mm')
+    parser.add_argument('--force', default='', metavar='UNIT', help='for labels: N')
+    parser.add_argument('--size', type=float, nargs=2, default=drawing.SIZE, metavar=('W', 'H'),
+                        help='in print [mm] (default %g %g)' % drawing.SIZE)
 
 
 class Maker:
@@ -34,6 +39,7 @@ class Maker:
     def __init__(self, given: argparse.Namespace):
         self.given = given
         self.view = tuple(given.view) if given.view else None
+        self.units = scenes.Units(given.length, given.force)
         self.file = Surfaces(surfaces_beside(given.results)) if given.contact \
             else Results(given.results)
         self.steps = self.file.steps
@@ -42,13 +48,13 @@ class Maker:
         given = self.given
         if isinstance(self.file, Surfaces):
             return scenes.contact(self.file, frame, given.contact, given.pair, given.side,
-                                  given.scale, self.view)
-        return scenes.bodies(self.file, frame, given.field, given.scale, self.view)
+                                  given.scale, self.view, self.units, given.by_facet)
+        return scenes.bodies(self.file, frame, given.field, given.scale, self.view, self.units)
 
 
 def picture(given: argparse.Namespace) -> str:
     """Draws one end time."""
-    scenes.draw(Maker(given)(given.frame), given.out, given.renderer, tuple(given.size))
+    drawing.draw(Maker(given)(given.frame), given.out, tuple(given.size), given.dpi)
     return given.out
 
 
@@ -69,7 +75,7 @@ def movie(given: argparse.Namespace, show: Optional[Callable[[str], None]] = Non
     for frame in range(make.steps):
         scene = make(frame)
         scene.limits, scene.view = limits, view
-        pictures.append(scenes.draw(scene, None, given.renderer, tuple(given.size)))
+        pictures.append(drawing.draw(scene, None, tuple(given.size), given.dpi))
         if show:
             show(progress(frame + 1, make.steps))
     if given.out.lower().endswith('.gif'):

@@ -76,6 +76,12 @@ class Results:
         offsets = self.vtk['Offsets'][:-1]
         return self.vtk['Connectivity'][:][offsets[:, None] + np.arange(4)]
 
+    @property
+    def ten_node_cells(self) -> NDArray:
+        """Points of the tetrahedra with mid nodes (cells, 10)."""
+        offsets = self.vtk['Offsets'][:-1][self.vtk['Types'][:] == 24]
+        return self.vtk['Connectivity'][:][offsets[:, None] + np.arange(10)]
+
     def point_field(self, name: str, frame: int = -1) -> NDArray:
         """A field over the points at one end time."""
         return self._field('PointData', name, frame, int(self.vtk['NumberOfPoints'][0]))

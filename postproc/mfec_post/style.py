@@ -10,7 +10,7 @@ GRID = '#dddddd'
 # Okabe and Ito: told apart by colour-blind readers and in print.
 BLUE, ORANGE, GREEN, RED, GREY = '#0072b2', '#e69f00', '#009e73', '#d55e00', '#777777'
 
-SETTINGS = {
+SETTINGS: Any = {
     'font.family': 'DejaVu Sans',
     'font.size': 9,
     'axes.edgecolor': INK,
@@ -26,14 +26,19 @@ SETTINGS = {
     'ytick.color': INK,
     'text.color': INK,
     'lines.linewidth': 1.6,
-    'savefig.dpi': 200,
+    'savefig.dpi': 300,
     'savefig.bbox': 'tight',
     'legend.frameon': False,
 }
 
 
+def use() -> None:
+    """Our settings from here on."""
+    matplotlib.rcParams.update(SETTINGS)
+
+
 def pyplot() -> Any:
     """matplotlib.pyplot with our settings, drawing to files."""
     import matplotlib.pyplot as plt
-    plt.rcParams.update(SETTINGS)
+    use()
     return plt

@@ -21,12 +21,14 @@ def surfaces_beside(path: str) -> str:
 class Surface:
     """One side of a contact pair at one end time."""
 
-    def __init__(self, points: NDArray, facets: NDArray, nodes: NDArray,
+    def __init__(self, points: NDArray, facets: NDArray, mids: NDArray, nodes: NDArray,
                  at_nodes: dict[str, NDArray], at_facets: dict[str, NDArray]):
         self.points = points
         """Reference coordinates (nodes, 3)."""
         self.facets = facets
         """Corners of the facets, places in `points` (facets, 3)."""
+        self.mids = mids
+        """Mid nodes of their edges, -1 where a facet has none (facets, 3)."""
         self.nodes = nodes
         """Node numbers of the deck."""
         self.at_nodes = at_nodes
@@ -98,12 +100,18 @@ class Surfaces:
         triangles = np.isin(self.vtk['Types'][:], TRIANGLES)
         cells = np.flatnonzero(self._chosen('CellData', wanted) & triangles)
         offsets = self.vtk['Offsets'][:][cells]
-        facets = self.vtk['Connectivity'][:][offsets[:, None] + np.arange(3)]
+        ends = self.vtk['Offsets'][:][cells + 1]
+        ids = self.vtk['Connectivity'][:]
+        facets = ids[offsets[:, None] + np.arange(3)]
+        mids = np.full(facets.shape, -1)
+        curved = ends - offsets == 6
+        mids[curved] = ids[offsets[curved][:, None] + np.arange(3, 6)]
         start = points[0] if len(points) else 0
         facets = facets - start
+        mids[curved] -= start
         at_nodes = self._fields('PointData', index, points)
         at_facets = means(at_nodes, facets) | self._fields('CellData', index, cells)
-        return Surface(self.vtk['Points'][:][points], facets,
+        return Surface(self.vtk['Points'][:][points], facets, mids,
                        self.vtk['PointData/node_number'][:][points], at_nodes, at_facets)
 
     def _chosen(self, group: str, wanted: tuple[int, int]) -> NDArray:
@@ -122,4 +130,5 @@ class Surfaces:
 
 def means(at_nodes: dict[str, NDArray], facets: NDArray) -> dict[str, NDArray]:
     """Fields of facets from those of their corners, where the file has these alone."""
-    return {name: values[facets].mean(axis=1) for name, values in at_nodes.items() if name not in ('force', 'displacement')}
+    return {name: values[facets].mean(axis=1) for name, values in at_nodes.items()
+            if name not in ('force', 'displacement')}

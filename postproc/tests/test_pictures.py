@@ -1,21 +1,22 @@
-"""Reports, plots, pictures, movies and exports of real runs.
+"""Plots, pictures, movies and exports of real runs.
 
-The pictures in pictures/ are what matplotlib draws of three scenes, small: the sliding cube, a disc
-with a turned lay, and two pairs. Look at them, and write them anew with
+The pictures in pictures/ are drawn of four scenes, small: the sliding cube, a disc with a turned lay,
+two pairs, and exact tools. Look at them, and write them anew with
 
-    MFEC_NEW_PICTURES=1 build/venv/bin/python -m pytest postproc/tests/test_pictures.py
+    MFEC_NEW_PICTURES=1 build/venv-pictures/bin/python -m pytest postproc/tests/test_pictures.py
+
+What draws wants PyVista, and is skipped without it: `make test-pictures` runs all.
 """
 import base64
 import csv
 import os
-import re
 import subprocess
 import xml.etree.ElementTree as tree
 
 import numpy as np
 import pytest
 import sheets
-from mfec_post import Surfaces, cli, pictures, plots, read_table, rows_of, scene
+from mfec_post import Surfaces, cli, drawing, pictures, plots, read_table, rows_of, scene
 from mfec_post.results import Results
 from mfec_post.tables import TableError
 from PIL import Image
@@ -23,12 +24,16 @@ from PIL import Image
 HERE = os.path.dirname(os.path.abspath(__file__))
 TOP = os.path.dirname(os.path.dirname(HERE))
 PROGRAM = os.path.join(TOP, 'mfec')
-SMALL = (420, 318)
+SMALL = (460, 346)
+PRINT = ['--size', '117', '88', '--dpi', '100']
+"""What makes a picture as large as SMALL."""
+WITH_PYVISTA = pytest.mark.skipif(not drawing.has_pyvista(), reason='wants PyVista')
 DECKS = {
     'cube': ('sliding_cube', ['--set', 'n=3', '--set', 'npress=2', '--set', 'nslide=4',
                               '--set', 'phi=45']),
     'disc': ('manual/turned_disc', []),
     'pairs': ('two_cubes_block', []),
+    'tools': ('manual/exact_tools', []),
 }
 # picture: run, options of mfec-post picture
 WANTED = {
@@ -38,6 +43,8 @@ WANTED = {
     'disc_slip': ('disc', ['--contact', 'slip']),
     'pairs_displacement': ('pairs', ['--field', 'displacement', '--scale', '5']),
     'pairs_shear': ('pairs', ['--contact', 'shear_traction']),
+    'tools_mises': ('tools', ['--length', 'mm', '--force', 'N']),
+    'tools_facets': ('tools', ['--contact', 'pressure', '--pair', 'under_ball', '--by-facet']),
 }
 
 
@@ -56,12 +63,12 @@ def runs(tmp_path_factory):
     return found
 
 
+@WITH_PYVISTA
 @pytest.mark.parametrize('name', sorted(WANTED))
 def test_pictures_look_as_they_did(runs, tmp_path, name):
     run, options = WANTED[name]
     out, kept = str(tmp_path / 'p.png'), os.path.join(HERE, 'pictures', name + '.png')
-    assert cli.main(['picture', runs[run], '--renderer', 'matplotlib', '--size',
-                     *map(str, SMALL), '--out', out] + options) == 0
+    assert cli.main(['picture', runs[run], *PRINT, '--out', out] + options) == 0
     if os.environ.get('MFEC_NEW_PICTURES'):
         os.replace(out, kept)
         return
@@ -70,39 +77,13 @@ def test_pictures_look_as_they_did(runs, tmp_path, name):
         assert sheets.difference(new, old) == ''
 
 
+@WITH_PYVISTA
 def test_a_wrong_picture_is_found(runs, tmp_path):
     """The tolerance tells one end time from another."""
     out, kept = str(tmp_path / 'p.png'), os.path.join(HERE, 'pictures', 'cube_mises.png')
-    assert cli.main(['picture', runs['cube'], '--renderer', 'matplotlib', '--frame', '0',
-                     '--size', *map(str, SMALL), '--out', out]) == 0
+    assert cli.main(['picture', runs['cube'], '--frame', '0', *PRINT, '--out', out]) == 0
     with Image.open(out) as new, Image.open(kept) as old:
         assert sheets.difference(new, old) != ''
-
-
-def test_a_report_stands_alone(runs, tmp_path):
-    out = str(tmp_path / 'r.html')
-    assert cli.main(['report', runs['cube'], '--renderer', 'matplotlib', '--out', out]) == 0
-    with open(out, encoding='utf-8') as stream:
-        text = stream.read()
-    assert not re.search(r'(src|href)="(?!data:)', text)
-    images = re.findall(r'src="data:image/png;base64,([^"]*)"', text)
-    assert len(images) >= 6
-    assert all(base64.b64decode(i)[:4] == b'\x89PNG' for i in images)
-    for words in ('Sliding cube', 'Audit', 'balance', 'Convergence', 'contact search', 'BATCh'):
-        assert words in text
-
-
-def test_a_report_of_a_run_without_fields(tmp_path):
-    """OUTPut FIELds NONE: tables and costs are still worth a page."""
-    with open(os.path.join(TOP, 'inputs', 'two_cubes_block.inp'), encoding='ascii') as stream:
-        deck = stream.read().replace('END\nBATCh', 'OUTPut\n  FIELds NONE\n\nEND\nBATCh')
-    with open(tmp_path / 'x.inp', 'w', encoding='ascii') as stream:
-        stream.write(deck)
-    if not os.path.exists(PROGRAM):
-        pytest.skip('build ./mfec first')
-    subprocess.run([PROGRAM, 'x.inp', '--quiet'], check=True, cwd=tmp_path)
-    assert cli.main(['report', str(tmp_path / 'x.vtkhdf')]) == 0
-    assert os.path.exists(tmp_path / 'x.html')
 
 
 def test_curves_of_several_runs(runs, tmp_path):
@@ -119,10 +100,11 @@ def test_curves_of_several_runs(runs, tmp_path):
     assert cli.main(['plot', tables[0], '--name', 'nobody', '--out', out]) == 2
 
 
+@WITH_PYVISTA
 def test_movies_have_a_picture_each_end_time(runs, tmp_path):
     out = str(tmp_path / 'm.gif')
-    assert cli.main(['movie', runs['cube'], '--contact', 'pressure', '--renderer', 'matplotlib',
-                     '--size', '200', '150', '--out', out]) == 0
+    assert cli.main(['movie', runs['cube'], '--contact', 'pressure', '--size', '60', '48', '--dpi',
+                     '80', '--out', out]) == 0
     with Image.open(out) as film, Results(runs['cube']) as results:
         assert film.n_frames == results.steps
     assert pictures.progress(3, 6) == '\r[' + '#' * 15 + '.' * 15 + '] 3 of 6'
@@ -136,7 +118,7 @@ def test_what_is_missing_is_said(runs, tmp_path, capsys):
     assert cli.main(['report', str(tmp_path / 'none.vtkhdf')]) == 2
 
 
-def test_pictures_without_pyvista(monkeypatch):
+def test_without_pyvista_it_is_said_what_to_install(runs, tmp_path, capsys, monkeypatch):
     import builtins
     real = builtins.__import__
 
@@ -146,9 +128,44 @@ def test_pictures_without_pyvista(monkeypatch):
         return real(name, *rest)
 
     monkeypatch.setattr(builtins, '__import__', without)
-    assert not scene.has_pyvista()
-    one = scene.Scene(np.eye(3), np.array([[0, 1, 2]]), np.array([1.0]), 'x')
-    assert scene.draw(one, size=(120, 90)).shape == (90, 120, 3)
+    assert cli.main(['picture', runs['cube'], '--out', str(tmp_path / 'p.png')]) == 2
+    assert "pip install 'mfec[pictures]'" in capsys.readouterr().err
+
+
+@WITH_PYVISTA
+def test_a_picture_has_the_size_of_print(runs, tmp_path):
+    """Pixels are those of 130 x 98 mm at 300 dpi, and words of a .pdf are words."""
+    out = str(tmp_path / 'p.png')
+    assert cli.main(['picture', runs['pairs'], '--out', out]) == 0
+    with Image.open(out) as picture:
+        assert picture.size == (1535, 1157)
+        assert picture.info['dpi'] == pytest.approx((300, 300), abs=0.1)
+    assert cli.main(['picture', runs['pairs'], '--out', str(tmp_path / 'p.pdf')]) == 0
+    with open(tmp_path / 'p.pdf', 'rb') as stream:
+        assert b'/Font' in stream.read()
+
+
+@WITH_PYVISTA
+def test_colours_are_those_of_the_nodes(runs):
+    """The pixel over a node of a flat contact surface has the colour of its pressure."""
+    import matplotlib
+    with Surfaces(runs['cube'].replace('.vtkhdf', '.contact.vtkhdf')) as surfaces:
+        one = scene.contact(surfaces)
+        part = surfaces.surface('sole_on_track')
+    one.strokes, one.arrows, one.mids = [], [], np.zeros((0, 3), dtype=int)
+    np.testing.assert_array_equal(one.values, part.at_nodes['pressure'])
+    size = (400, 300)
+    picture = drawing.rendered(one, size, 100).astype(float)
+    low, high = scene.colour_limits(one)
+    map_of = matplotlib.colormaps['viridis']
+    x = one.points[:, :2]  # seen from above
+    middle = 0.5 * (x.min(axis=0) + x.max(axis=0))
+    unit = 1.06 * np.ptp(x, axis=0)[1] / size[1]
+    for facet in part.facets:
+        at = ((one.points[facet].mean(axis=0)[:2] - middle) / unit * [1, -1] + np.array(size) / 2)
+        wanted = np.array(map_of((one.values[facet].mean() - low) / (high - low))[:3]) * 255
+        found = picture[int(at[1]), int(at[0])]
+        assert np.abs(found - wanted).max() < 12, (facet, found, wanted)
 
 
 def test_exports_hold_what_the_files_hold(runs, tmp_path):

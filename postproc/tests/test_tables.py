@@ -64,3 +64,10 @@ def test_table_of_points(tmp_path):
 """))
     assert table['point'][0] == 12 and table['status'][0] == 2
     assert table['slip'][0] == 2.5e-2
+
+
+def test_rigid_bodies_are_rows_of_their_own(tmp_path):
+    path = tmp_path / 'x.rig'
+    path.write_text('# x\n# rigid bodies\n#   step   time  body  U1\n'
+                    '       1  0.5  rim    1.0E-002\n       1  0.5  punch  2.0E-002\n')
+    assert list(rows_of(read_table(str(path)), 'punch')['U1']) == [0.02]

@@ -1,9 +1,0 @@
-#!/usr/bin/env python3
-"""Starts mfec_post.cube; --help tells its options."""
-import os
-import sys
-
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from mfec_post.cube import main  # noqa: E402
-
-sys.exit(main())
