@@ -1,4 +1,4 @@
-"""The text tables .rea, .con, .his and .pts as numpy structured arrays."""
+"""The text tables .rea, .con, .rig, .his and .pts as numpy structured arrays."""
 from __future__ import annotations
 
 from typing import Optional
@@ -6,7 +6,7 @@ from typing import Optional
 import numpy as np
 from numpy.typing import NDArray
 
-TEXT = {'set', 'pair', 'quantity', 'parameter'}
+TEXT = {'set', 'pair', 'body', 'quantity', 'parameter'}
 INTEGER = {'step', 'active', 'stick', 'slip', 'kinks', 'point', 'status'}
 
 
@@ -55,10 +55,10 @@ def read_table(path: str) -> NDArray:
 
 
 def rows_of(table: NDArray, name: str) -> NDArray:
-    """The rows of one set or pair."""
+    """The rows of one set, pair or rigid body."""
     key = key_of(table)
     if key is None:
-        raise TableError('the table has no column set or pair')
+        raise TableError('the table has no column set, pair or body')
     rows = table[table[key] == name]
     if len(rows) == 0:
         known = ', '.join(sorted(set(table[key])))
@@ -68,7 +68,7 @@ def rows_of(table: NDArray, name: str) -> NDArray:
 
 def key_of(table: NDArray) -> Optional[str]:
     """The name of the column of names, None if there is none."""
-    for key in ('set', 'pair'):
+    for key in ('set', 'pair', 'body'):
         if key in (table.dtype.names or ()):
             return key
     return None

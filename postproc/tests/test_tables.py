@@ -64,3 +64,9 @@ def test_table_of_points(tmp_path):
 """))
     assert table['point'][0] == 12 and table['status'][0] == 2
     assert table['slip'][0] == 2.5e-2
+
+
+def test_a_table_of_rigid_bodies_has_rows_by_their_names(tmp_path):
+    path = tmp_path / 'x.rig'
+    path.write_text('# step time body U1\n 1 0.5 pin 0.25\n 1 0.5 tool 0.5\n', encoding='ascii')
+    assert rows_of(read_table(str(path)), 'tool')['U1'].tolist() == [0.5]
