@@ -221,11 +221,11 @@ def plot(case, rows, path):
     import matplotlib.pyplot as plt
     plt.rcParams.update({'svg.fonttype': 'none', 'svg.hashsalt': 'mfec', 'font.size': 9})
     lines = curves(rows)
-    figure, axes = plt.subplots(figsize=(6.5, 3.6), layout='constrained')
+    figure, axes = plt.subplots(figsize=(8.0 if lines else 6.5, 3.6), layout='constrained')
     if lines:
-        for k, ((form, quantity), points) in enumerate(list(lines.items())[:10]):
+        for k, ((form, quantity), points) in enumerate(lines.items()):
             axes.loglog(*zip(*points), 'os^vD'[k % 5] + '-', ms=4, lw=1, label=f'{form}: {quantity}'[:60])
-        axes.set(xlabel='size of a facet (over the half-width of contact where that is the unit)', ylabel='relative error')
+        axes.set(xlabel='size of a facet', ylabel='relative error')
         axes.legend(fontsize=6, loc='center left', bbox_to_anchor=(1, 0.5))
     else:
         forms = list(dict.fromkeys(row[1] for row in rows))
