@@ -283,10 +283,10 @@ verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms
 	    --spread doc/verification/spread.json --figures build/verification)
 
 figures: build/venv-pictures/stamp mfec ## draw the figures of the manuals anew: doc/pictures
-	@build/venv-pictures/bin/python doc/figures.py
+	@build/venv-pictures/bin/python doc/figures.py && $(PYTHON) doc/drawings.py
 
-html: build/venv/stamp ## the manuals as HTML pages, formulas drawn: build/html
-	@$(PYTHON) doc/pages.py
+html: build/venv/stamp ## the manuals as HTML pages with contents, search and formulas: build/html/index.html
+	@$(PYTHON) -m sphinx -q -c doc -d build/doctrees . build/html && cp build/html/README.html build/html/index.html
 
 gallery: build/venv-pictures/stamp mfec ## run the decks of the gallery and draw them: doc/gallery.md
 	@build/venv-pictures/bin/python doc/figures.py --gallery
@@ -354,4 +354,4 @@ coverage: build/venv-lint/stamp build/venv/stamp $(PROGRAM_coverage) build/cover
 	  --txt-metric line --html-details build/coverage/index.html --txt - build/coverage
 
 clean: ## remove everything that was built (keeps build/venv*)
-	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb wheel dist mfec.1 mfec.bash html) build/mfec_*.deb
+	rm -rf mfec mfec-petsc demo $(patsubst %,build/%,$(MODES) petsc version.f90 depend.mk files tests test mutate bench deb wheel dist mfec.1 mfec.bash html doctrees) build/mfec_*.deb

@@ -22,7 +22,7 @@ PLAIN = re.compile(r'(?<![\\$])\$(?![$`])((?:[^$\\\n]|\\.|\n(?!\n))+?)(?<!`)\$(?
 def documents():
     """All manuals."""
     return [os.path.join(TOP, name) for name in ('README.md', 'CONTRIBUTING.md', 'CHANGELOG.md')] + \
-        sorted(glob.glob(os.path.join(TOP, 'doc', '*.md')))
+        sorted(glob.glob(os.path.join(TOP, 'doc', '**', '*.md'), recursive=True))
 
 
 def fixed(text):

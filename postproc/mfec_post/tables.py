@@ -1,4 +1,4 @@
-"""The text tables .rea, .con, .his and .pts as numpy structured arrays."""
+"""The text tables .rea, .con, .rig, .his and .pts as numpy structured arrays."""
 from __future__ import annotations
 
 from typing import Optional
@@ -55,7 +55,7 @@ def read_table(path: str) -> NDArray:
 
 
 def rows_of(table: NDArray, name: str) -> NDArray:
-    """The rows of one set, pair or body."""
+    """The rows of one set, pair or rigid body."""
     key = key_of(table)
     if key is None:
         raise TableError('the table has no column set, pair or body')

@@ -16,7 +16,8 @@ import formulas  # noqa: E402
 
 # Who makes the pictures of the manuals.
 MAKERS = {'doc/pictures/': 'make figures', 'doc/gallery/': 'make gallery',
-          'doc/verification/': 'make verify', 'doc/bench/': 'make bench'}
+          'doc/verification/': 'make verify', 'doc/bench/': 'make bench',
+          'doc/tutorials/': 'tests/manuals --pictures'}
 
 
 def test_pictures_are_not_older_than_what_they_show():

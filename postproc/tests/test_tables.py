@@ -66,8 +66,7 @@ def test_table_of_points(tmp_path):
     assert table['slip'][0] == 2.5e-2
 
 
-def test_rigid_bodies_are_rows_of_their_own(tmp_path):
+def test_a_table_of_rigid_bodies_has_rows_by_their_names(tmp_path):
     path = tmp_path / 'x.rig'
-    path.write_text('# x\n# rigid bodies\n#   step   time  body  U1\n'
-                    '       1  0.5  rim    1.0E-002\n       1  0.5  punch  2.0E-002\n')
-    assert list(rows_of(read_table(str(path)), 'punch')['U1']) == [0.02]
+    path.write_text('# step time body U1\n 1 0.5 pin 0.25\n 1 0.5 tool 0.5\n', encoding='ascii')
+    assert rows_of(read_table(str(path)), 'tool')['U1'].tolist() == [0.5]

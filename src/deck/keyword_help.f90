@@ -70,9 +70,9 @@ contains
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
 
-    t = 'mfec: finite elements for bodies that press, stick and slide on each other, with'//nl// &
-      'friction that depends on the direction. One text file is the input; the output are'//nl// &
-      'tables and files for ParaView. Read on: doc/manual.md, decks in inputs.'//nl//nl// &
+    t = 'mfec: quasi-static frictional contact of elastic bodies with anisotropic'//nl// &
+      '(elliptical) Coulomb friction. One text file is the input; the output are tables'//nl// &
+      'and files for ParaView. Read on: doc/manual.md, decks in inputs.'//nl//nl// &
       'Usage: mfec deck.inp [options]'//nl// &
       '  --set name=value   overrides a PARAmeter of the deck (any number of times)'//nl// &
       '  --out DIR          writes the results to DIR'//nl// &

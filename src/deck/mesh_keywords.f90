@@ -187,7 +187,8 @@ contains
 
     call add_command(t, table_mesh, 'BOUNdary', '', 'restraint codes by node or set')
     call add_data(t, 'w:set i:code1 i:code2 i:code3 | p:node n:inc i:code1 i:code2 i:code3')
-    call explain(t, 'A code other than 0 restrains the degree of freedom; codes add up.')
+    call explain(t, 'A code other than 0 restrains the degree of freedom; codes of repeated')
+    call explain(t, 'records are combined.')
     call explain(t, 'Example:')
     call explain(t, '  BOUNdary')
     call explain(t, '    bottom  1 1 1')

@@ -141,7 +141,7 @@ contains
     if (mesh%elements == 0 .and. any(deck%mesh%command == 'mesh')) then
       call report_error(diagnostics, deck%last, 'the mesh has no elements', 'triangles alone '// &
         '(STL) are a rigid tool: a body wants tetrahedra, from BLOCk or a MESH; Gmsh fills a '// &
-        'closed surface with them (doc/tutorials.md, "A gmsh part")')
+        'closed surface with them (doc/tutorials/step-2.md)')
     else if (mesh%elements == 0) then
       call report_error(diagnostics, deck%last, 'the mesh has no elements', &
         'define some with BLOCk or with COORdinates and ELEMents')

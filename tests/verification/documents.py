@@ -2,6 +2,7 @@
 import json
 import math
 import os
+import re
 
 import decks
 
@@ -69,8 +70,8 @@ def over_seeds(rows):
         f'{worst["largest"]:.1e} / {worst["wanted"]:.2g} (seed {worst["at"]})' if worst else '')
 
 
-def overview(bench, spread):
-    """What is reached: a line for each case, and a list of what is not, with its cause."""
+def overview(bench, spread, folder):
+    """What is reached: a line for each case, with its page in the folder of the table (doc/cases.py)."""
     seeds = max((row['seeds'] for row in spread.values()), default=0)
     lines = [f'| case | rows | hold | coarse | miss | worst row on the finest mesh, error / wanted | rows that hold with '
              f'each of {seeds} seeds | largest error / wanted of the seeds |', '|---|---|---|---|---|---|---|---|']
@@ -79,10 +80,11 @@ def overview(bench, spread):
         count = [sum(row.verdict() == word for row in rows) for word in VERDICTS[:3]]
         last = [row for row in rows if not row.finer and row.wanted > 0 and math.isfinite(row.error)]
         worst = max(last, key=lambda row: row.error/row.wanted, default=None)
-        lines.append(f'| {case} | {len(rows)} | ' + ' | '.join(str(n) for n in count) + ' | ' + (
+        page = re.sub(r'[^a-z0-9]+', '-', case.lower()).strip('-')
+        lines.append(f'| [{case}]({folder}/{page}.md) | {len(rows)} | ' + ' | '.join(str(n) for n in count) + ' | ' + (
             f'{worst.form}: {worst.quantity}, {worst.error:.1e} / {worst.wanted:.2g}' if worst else '') + ' | ' +
             over_seeds([row for name, row in spread.items() if name.split(' | ')[0] == case]) + ' |')
-    return lines + missed(bench) + missed_over_seeds(spread)
+    return lines
 
 
 def missed(bench):
@@ -92,9 +94,7 @@ def missed(bench):
         if row.verdict() in ('misses', 'FAILS'):
             causes.setdefault((row.case, row.why), []).append(
                 (row.form, row.quantity, row.error, row.error, row.wanted, ''))
-    lines = ['', f'**Not reached with seed {bench.seed}:**' if causes else
-             f'All is reached on the finest mesh of each study with seed {bench.seed}.', '']
-    return lines + said(causes)
+    return ['', f'With seed {bench.seed}:', ''] + said(causes)
 
 
 def missed_over_seeds(spread):
@@ -108,13 +108,12 @@ def missed_over_seeds(spread):
                 f', {row["holds"]} of {row["seeds"]} hold'))
     if not spread:
         return []
-    return ['', '**Not reached with every seed, on the meshes of the seeds:**' if causes else
-            'All is reached with every seed.', ''] + said(causes)
+    return ['', 'With some seed, on the meshes of the seeds:', ''] + said(causes)
 
 
 def said(causes):
     """A line for each cause: its worst row of each form of contact, and how many rows there are."""
-    lines = []
+    lines = ['| case | what | cause |', '|---|---|---|']
     for (case, why), rows in causes.items():
         texts = []
         for form in dict.fromkeys(row[0] for row in rows):
@@ -123,7 +122,7 @@ def said(causes):
             error = f'{largest:.1e}' if least == largest else f'{least:.1e} to {largest:.1e}'
             more = f', the worst of {len(mine)} rows' if len(mine) > 1 else ''
             texts.append(f'{form}: {quantity}, {error} ({wanted:.2g} wanted{hold}{more})')
-        lines.append(f'- *{case}*. ' + '; '.join(texts) + (f'. Cause: {why}.' if why else '.'))
+        lines.append(f'| {case} | ' + '; '.join(texts) + f' | {why or "–"} |')
     return lines
 
 
@@ -145,6 +144,7 @@ def write_table(bench, path, spread):
         lines.append('| ' + ' | '.join([
             row.case, row.form, row.quantity, f'{row.reference:.8g}', row.source, f'{row.reached:.8g}',
             f'{row.error:.1e}', f'{row.wanted:.2g}', row.verdict(), seeds_of(row, spread)]) + ' |')
+    lines += ['', '## Not reached'] + missed(bench) + missed_over_seeds(spread)
     lines += ['', '## Numbers drawn', ''] + [
         f'- {case}: ' + ', '.join(f'{name} {value}' for name, value in drawn.items())
         for case, drawn in bench.drawn.items()]
@@ -154,12 +154,11 @@ def write_table(bench, path, spread):
         stream.write('\n'.join(lines) + '\n')
 
 
-def write_findings(bench, path, table, pictures, spread):
-    """Pictures and overview; in a file that marks their place, there."""
+def write_findings(bench, path, table, spread):
+    """The overview; in a file that marks its place, there."""
     def link(target):
         return os.path.relpath(target, os.path.dirname(path) or '.')
-    lines = [f'![{axes[2]}]({link(pictures)}/{name}.png)' for name, axes, _, _ in bench.figures] if pictures else []
-    lines += [''] + overview(bench, spread)
+    lines = overview(bench, spread, link(os.path.dirname(table)) if table else 'verification')
     if table:
         lines += ['', f'All rows, the numbers drawn and remarks: [table.md]({link(table)}).']
     decks.replace_part(path, 'verify', '\n'.join(lines).strip() + '\n')

@@ -19,6 +19,8 @@ WHAT = ('pressure', 'shear traction', 'dissipated energy', 'sum of dissipated en
 SOURCE = 'exact (Cattaneo, Mindlin, Masing)'
 # (nodes, facets in the half-width of contact): largest error of each that is wanted, and that is known
 WANTED = (0.02, 0.03, 0.05, 0.05)
+# Of a flat punch's sole, where the mean traction over a hat is no statement about its singular edge.
+INNER = 0.9
 KNOWN = {(4, 6): (0.12, 0.4, 0.5, 0.1), (4, 12): (0.1, 0.28, 0.3, 0.06), (4, 24): (0.08, 0.15, 0.2, 0.05),
          (10, 6): (0.02, 0.04, 0.09, 0.06), (10, 12): (0.02, 0.03, 0.06, 0.05)}
 
@@ -207,11 +209,13 @@ class Hats:
                 self.add(sums, x, function(x)*(b - a)/cuts)
         return sums
 
-    def error(self, found, wanted):
+    def norm(self, sums, within=math.inf):
+        """Norm of the means, of the hats that lie within |x| < within."""
+        return math.sqrt(sum(v*v/w for x, v, w in zip(self.x, sums, self.widths) if abs(x) + w < within))
+
+    def error(self, found, wanted, within=math.inf):
         """Norm of the error of the means over the norm of the means themselves."""
-        def norm(values):
-            return math.sqrt(sum(v*v/w for v, w in zip(values, self.widths)))
-        return norm([f - e for f, e in zip(found, wanted)])/norm(wanted)
+        return self.norm([f - e for f, e in zip(found, wanted)], within)/self.norm(wanted, within)
 
 
 def judge(body, tables, nu, young, mu):
@@ -359,15 +363,16 @@ def punches(bench):
                 found.append(sums)
             bonded = [hats.exact(lambda x, k=k: stuck(x, a, nu)[k], 4000) for k in (0, 1)]
             slid = hats.exact(lambda x: sliding(x, a, nu, mu), 4000)
-            whole = math.hypot(*(math.sqrt(sum(v*v/w for v, w in zip(b, hats.widths))) for b in bonded))
             shear = [-f - e for f, e in zip(found[0][1], bonded[1])]
-            errors.append((hats.error(found[0][0], bonded[0]),
-                           math.sqrt(sum(v*v/w for v, w in zip(shear, hats.widths)))/whole,
-                           hats.error(found[1][0], slid)))
-            for what, error in zip(('pressure, bonded', 'shear, bonded', 'pressure, sliding'), errors[-1]):
-                bench.compare(f'{what}, {nodes} nodes', 'exact (Abramov, Bufler)', 0.0, error, 0.05, scale=1.0,
-                              known=0.2, form='GTOS SEGMent', mesh=f'{size} facets in a',
-                              why='the traction is singular at both edges')
+            errors.append(())
+            for within, name in ((math.inf, ''), (INNER*a, f', inside {INNER} a')):
+                whole = math.hypot(*(hats.norm(b, within) for b in bonded))
+                errors[-1] += (hats.error(found[0][0], bonded[0], within), hats.norm(shear, within)/whole,
+                               hats.error(found[1][0], slid, within))
+                for what, error in zip(('pressure, bonded', 'shear, bonded', 'pressure, sliding'), errors[-1][-3:]):
+                    bench.compare(f'{what}{name}, {nodes} nodes', 'exact (Abramov, Bufler)', 0.0, error, 0.05,
+                                  scale=1.0, known=0.1 if name else 0.2, form='GTOS SEGMent',
+                                  mesh=f'{size} facets in a', why='the traction is singular at both edges')
         bench.remark(f'{nodes} nodes, orders: ' + '; '.join(
             ', '.join(f'{rate:.1f}' for rate in half_spaces.rates([1/s for s in sizes], column))
             for column in zip(*errors)) + ' (singular edges: 0.5 in this norm is the best there is)')

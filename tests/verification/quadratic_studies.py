@@ -229,5 +229,5 @@ def dragged_ball(bench):
             f'  DT,,1/{press}\n  STEP,,{press}\n  DT,,1/{drag}\n  STEP,,{drag}\nEND\nSTOP\n')
     tables = bench.run_text('dragged_ball', text)
     bench.compare('increments that were cut', EXACT, 0.0, float(tables.cuts()), 0.5, scale=1.0)
-    bench.compare('work not found again over the work done', 'balance of energy', 0.0,
+    bench.compare('energy imbalance over the work done', 'balance of energy', 0.0,
                   tables.work_lost(), 0.01, scale=1.0)

@@ -3,8 +3,8 @@ from spack.package import *
 
 
 class Mfec(MakefilePackage):
-    """Finite elements for bodies that press, stick and slide on each other, with friction that
-    depends on the direction."""
+    """Finite elements for the quasi-static frictional contact of elastic bodies with anisotropic
+    (elliptical) Coulomb friction."""
 
     license("GPL-2.0-or-later")
 
