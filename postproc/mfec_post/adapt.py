@@ -406,8 +406,9 @@ class Adaptation:
         rows = [f'{head}  values with bars']
         for loop in self.loops:
             for k, line in enumerate(self.lines(loop)):
-                rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
-                             f'{loop.increments:10d} {loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
+                start = (f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
+                         f'{loop.increments:10d} {loop.cpu:5.1f}')
+                rows.append((start if k == 0 else ' ' * len(head)) + '  ' + line)
         (self.out / 'adapt.txt').write_text('\n'.join(rows + self.notes) + '\n', encoding='utf-8')
 
 
