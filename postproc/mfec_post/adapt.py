@@ -209,8 +209,10 @@ class Adaptation:
         sag, way = sag_of(bodies, names), np.abs(u).max()
         text = 'facets of round contact surfaces sag'
         if sag > 0.01 * way and not any(text in note for note in self.notes):
+            remedy = ('finer meshes keep it; give a geometry by --geo' if self.geometry is None else
+                      'it falls with the mesh; elements of ten nodes have none')
             self.notes.append(f'{text} by up to {sag:.2g} where bodies move by {way:.2g}: no stress tells '
-                              'that error, and finer meshes keep it; give a geometry by --geo')
+                              f'that error, and {remedy}')
 
     def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Path:
         """The mesh file of a loop."""
