@@ -209,8 +209,10 @@ class Adaptation:
         sag, way = sag_of(bodies, names), np.abs(u).max()
         text = 'facets of round contact surfaces sag'
         if sag > 0.01 * way and not any(text in note for note in self.notes):
+            remedy = ('finer meshes keep it; give a geometry by --geo' if self.geometry is None else
+                      'it falls with the mesh; elements of ten nodes have none')
             self.notes.append(f'{text} by up to {sag:.2g} where bodies move by {way:.2g}: no stress tells '
-                              'that error, and finer meshes keep it; give a geometry by --geo')
+                              f'that error, and {remedy}')
 
     def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Path:
         """The mesh file of a loop."""
@@ -406,8 +408,9 @@ class Adaptation:
         rows = [f'{head}  values with bars']
         for loop in self.loops:
             for k, line in enumerate(self.lines(loop)):
-                rows.append((f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
-                             f'{loop.increments:10d} {loop.cpu:5.1f}' if k == 0 else ' ' * len(head)) + '  ' + line)
+                start = (f'{loop.number:5d} {loop.cells:9d} {loop.penalty_factor:7d} '
+                         f'{loop.increments:10d} {loop.cpu:5.1f}')
+                rows.append((start if k == 0 else ' ' * len(head)) + '  ' + line)
         (self.out / 'adapt.txt').write_text('\n'.join(rows + self.notes) + '\n', encoding='utf-8')
 
 

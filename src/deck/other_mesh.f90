@@ -37,7 +37,7 @@ contains
     end do
     call move_alloc(sets, deck%mesh)
     ! The counts of the control record are those of the mesh that is gone.
-    deck%control(:2) = 0
+    deck%control([1, 2, 6]) = 0
   end subroutine take_mesh
 
   !> What means nodes by their numbers would mean others: each first such record is an error.
