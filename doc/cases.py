@@ -260,7 +260,9 @@ def page(case, rows, causes):
     problem, reference, mesh, known = TEXTS[case]
     shown, note = rows_shown(rows)
     held = sum(row[8] == 'holds' for row in rows)
-    lines = [f'# {case[0].upper() + case[1:]}', '', f'**Problem.** {problem}', '', f'**Reference.** {reference}', '',
+    sketch = 'sketch_' + slug(case).replace('-', '_') + '.svg'
+    drawn = [f'![Sketch of {case}]({sketch})', ''] if os.path.exists(os.path.join(FOLDER, sketch)) else []
+    lines = [f'# {case[0].upper() + case[1:]}', '', f'**Problem.** {problem}', '', *drawn, f'**Reference.** {reference}', '',
              f'**Mesh.** {mesh}', '', f'**Result.** {held} of {len(rows)} rows hold. {note}'.rstrip(), '',
              f'![Errors of {case}]({slug(case)}.svg)', '']
     with open(os.path.join(FOLDER, 'made_from.txt'), encoding='ascii') as stream:

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Drawings of the contact chapter, as vectors: doc/pictures/contact_*.svg (make figures).
+"""Drawings of the contact chapter and sketches of verification cases, as vectors: doc/pictures/contact_*.svg
+and doc/verification/sketch_*.svg (make figures).
 
     build/venv/bin/python doc/drawings.py
 """
@@ -32,6 +33,7 @@ def save(figure, name):
 
 def arrow(one, start, end, color, text='', at=(0, 0), **more):
     """An arrow with a word beside its end."""
+    one.plot(*zip(start, end), alpha=0)  # an arrow does not widen the axes
     one.annotate('', xy=end, xytext=start, arrowprops={'arrowstyle': '-|>', 'color': color, 'lw': 1.4, **more})
     if text:
         one.text(end[0] + at[0], end[1] + at[1], text, color=color, ha='center', va='center')
@@ -159,6 +161,125 @@ def carrier():
     save(figure, 'carrier')
 
 
+def hatch(one, x, y):
+    """A side that is held."""
+    one.plot(x, y, color='k', lw=1.2)
+    for t in np.linspace(0.02, 0.94, 9):
+        at = np.array([x[0] + t*(x[1] - x[0]), y[0] + t*(y[1] - y[0])])
+        one.plot([at[0], at[0] - 0.07], [at[1], at[1] - 0.08], color='k', lw=0.6)
+
+
+def body(one, x, y, color, name=''):
+    """A body with its name in the middle."""
+    one.fill(x, y, color=color, alpha=0.15)
+    one.plot([*x, x[0]], [*y, y[0]], color=color, lw=1.3)
+    if name:
+        one.text((min(x) + max(x))/2, (min(y) + max(y))/2, name, ha='center', va='center', color=color, fontsize=8)
+
+
+def circle(r, middle=(0, 0), start=0.0, end=360.0):
+    """Points of an arc."""
+    t = np.radians(np.linspace(start, end, 80))
+    return middle[0] + r*np.cos(t), middle[1] + r*np.sin(t)
+
+
+def sketch_wedge(one):
+    body(one, [-1, 1.2, 1.2], [0, 0, 0.8], MASTER, '')
+    body(one, [-0.4, 0.4, 0.19, -0.61], [0.22, 0.51, 1.05, 0.76], SLAVE, 'block')
+    arrow(one, (-1.2, 0.6), (-0.55, 0.6), POINT, 'F', (-0.4, 0.15))
+    arrow(one, (-0.05, 0.95), (-0.05, 0.25), POINT, 'G', (0.15, 0.1))
+    hatch(one, [-1, 1.2], [0, 0])
+
+
+def sketch_hertz_roller(one):
+    body(one, *circle(0.7, (0, 0.7)), SLAVE, 'R 50')
+    body(one, [-1.2, 1.2, 1.2, -1.2], [0, 0, -0.8, -0.8], MASTER, 'block')
+    arrow(one, (0, 1.9), (0, 1.42), POINT, '35 kN/mm', (0.5, 0.35))
+    hatch(one, [-1.2, 1.2], [-0.8, -0.8])
+
+
+def sketch_rounded_punch(one):
+    arc = circle(0.1, (0.4, 0.1), 270, 360)
+    right = np.array([np.append(arc[0], 0.5), np.append(arc[1], 1.0)])
+    body(one, np.concatenate([right[0], -right[0][::-1]]), np.concatenate([right[1], right[1][::-1]]), SLAVE, 'steel\nD 100, H 100')
+    body(one, [-1, 1, 1, -1], [0, 0, -1.2, -1.2], MASTER, 'aluminium, D 200, H 200')
+    for x in np.linspace(-0.4, 0.4, 5):
+        arrow(one, (x, 1.28), (x, 1.02), POINT)
+    one.text(0.62, 1.15, '100 MPa', color=POINT)
+    one.text(0.62, 0.12, 'fillet 10', fontsize=8)
+    hatch(one, [-1, 1], [-1.2, -1.2])
+
+
+def sketch_flat_punch(one):
+    body(one, [-0.5, 0.5, 0.5, -0.5], [0, 0, 0.4, 0.4], SLAVE, 'rigid, 2 a')
+    body(one, [-1.3, 1.3, 1.3, -1.3], [0, 0, -0.9, -0.9], MASTER, 'half-plane')
+    arrow(one, (0, 0.9), (0, 0.42), POINT, 'P', (0.15, 0.4))
+    arrow(one, (0.5, 0.2), (1.0, 0.2), POINT, 'slides', (0.1, 0.13))
+
+
+def sketch_line_partial_slip(one):
+    body(one, *circle(0.7, (0, 0.7), 200, 340), SLAVE, '')
+    body(one, *circle(0.7, (0, -0.7), 20, 160), MASTER, '')
+    arrow(one, (0, 1.1), (0, 0.6), POINT, 'P', (0.15, 0.4))
+    arrow(one, (0.2, 0.5), (0.8, 0.5), POINT, 'Q', (0.1, 0.12))
+    one.text(0, -0.35, 'equal cylinders', color=MASTER, ha='center', fontsize=8)
+
+
+def sketch_rolling(one):
+    body(one, *circle(0.7, (0, 0.7)), SLAVE, 'R')
+    body(one, [-1.3, 1.3, 1.3, -1.3], [0, 0, -0.6, -0.6], MASTER, 'half-plane')
+    one.plot(*circle(0.9, (0, 0.7), 60, 120), color=POINT, lw=1.4)
+    arrow(one, (0.40, 1.5), (0.48, 1.46), POINT)
+    arrow(one, (0.8, 0.7), (1.3, 0.7), POINT, 'Q', (0.0, 0.14))
+    arrow(one, (0, 1.35), (0, 1.0), POINT, 'P', (0.13, 0.2))
+
+
+def sketch_band_on_cylinder(one):
+    body(one, *circle(0.7), MASTER, 'drum')
+    one.plot(*circle(0.75, start=0, end=180), color=SLAVE, lw=3)
+    for x, name in ((-0.75, 'T1'), (0.75, 'T2')):
+        arrow(one, (x, 0), (x, -0.9), SLAVE, name, (0, -0.15))
+
+
+def sketch_raous_plate(one):
+    body(one, [-1, 1, 1, -1], [0, 0, 1, 1], SLAVE, '40 x 40')
+    for x in np.linspace(-0.9, 0.9, 7):
+        arrow(one, (x, 1.3), (x, 1.03), POINT)
+    for y in np.linspace(0.1, 0.9, 4):
+        arrow(one, (-1.3, y), (-1.03, y), POINT)
+    hatch(one, [-1.2, 1.2], [0, 0])
+
+
+def sketch_concentric_rings(one):
+    for r, color in ((1.1, MASTER), (0.75, SLAVE)):
+        one.plot(*circle(r), color=color)
+    for r in (0.5,):
+        one.plot(*circle(r), color=SLAVE)
+    for angle in range(0, 360, 45):
+        t = np.radians(angle)
+        arrow(one, (0.25*np.cos(t), 0.25*np.sin(t)), (0.48*np.cos(t), 0.48*np.sin(t)), POINT)
+    one.text(0, 0.9, 'master', color=MASTER, ha='center', fontsize=8)
+    one.text(0, 0.6, 'slave', color=SLAVE, ha='center', fontsize=8)
+
+
+def sketch_shear_lag_bar(one):
+    body(one, [-1.3, 1.1, 1.1, -1.3], [0, 0, 0.15, 0.15], SLAVE, '')
+    for x in np.linspace(-1.2, 1.0, 8):
+        arrow(one, (x, 0.42), (x, 0.17), POINT)
+    arrow(one, (1.1, 0.075), (1.6, 0.075), POINT, 'F', (0.05, 0.14))
+    hatch(one, [-1.4, 1.4], [0, 0])
+
+
+def sketches():
+    """One a case, named after its page."""
+    for name, draw in list(globals().items()):
+        if name.startswith('sketch_'):
+            figure, row = axes(1, 3.4, 2.6)
+            draw(row[0])
+            figure.savefig(os.path.join(FOLDER, '..', 'verification', name + '.svg'), metadata={'Date': None})
+            plt.close(figure)
+
+
 if __name__ == '__main__':
-    for drawing in (forms, sides, penalty, lay, carrier):
+    for drawing in (forms, sides, penalty, lay, carrier, sketches):
         drawing()
