@@ -25,7 +25,7 @@ module increment_start
   use system_types, only: system_t, state_t, settings_t
   implicit none
   private
-  public :: take_overlaps, begin_at, choose_start, start_here, start_again, &
+  public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
     start_rubbing, leave_bodies
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
@@ -81,17 +81,14 @@ contains
     call set_pressures(model, time, system)
   end subroutine begin_at
 
-  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
-  subroutine choose_start(model, system, state, time, monitor)
+  !> Scales, first touches and the two starts of an increment: where the bodies were, and carried
+  !! along.
+  subroutine prepare_start(model, system, state, time)
     type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! u becomes the start
+    type(system_t), intent(inout) :: system !! u given; gets left, carried, x_ahead
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp) :: norm
     integer :: k
-    logical :: taken
 
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
@@ -110,15 +107,28 @@ contains
         system%body%bodies, state%u, system%position%carried)
     end if
     system%position%x_ahead = model%mesh%x + system%position%carried
-    if (system%condensed%active) then
-      call begin_condensed(model, system, state, time)
-      if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
-      call place_starts(system)
-      if (system%condensed%outer%foretold) then
-        call take_along(system)
-        call start_here(model, system, norm)
-        return
-      end if
+    if (.not. system%condensed%active) return
+    call begin_condensed(model, system, state, time)
+    if (system%touch%stage == touch_waits) call expect_without_friction(system%condensed%outer)
+    call place_starts(system)
+  end subroutine prepare_start
+
+  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
+  !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
+  subroutine choose_start(model, system, state, time, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm
+    logical :: taken
+
+    call prepare_start(model, system, state, time)
+    if (system%condensed%active .and. system%condensed%outer%foretold) then
+      call take_along(system)
+      call start_here(model, system, norm)
+      return
     end if
     call start_carried(model, system, state, taken)
     if (taken) return
