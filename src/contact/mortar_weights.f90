@@ -21,6 +21,9 @@ module mortar_weights
 
   !> A node of which less than this share is covered has no multiplier.
   real(wp), parameter :: least_cover = 1.0e-4_wp
+  !> A node none of whose points is nearer to the master than this share of its width has no
+  !! multiplier either: each round looks anew.
+  real(wp), parameter :: far_away = 0.25_wp
   !> Nodes that a point has weights at: of a slave facet and of a master facet.
   integer, parameter :: most_slaves = 6, most_masters = 6
 
@@ -32,6 +35,7 @@ module mortar_weights
     real(wp) :: before(most_masters) = 0.0_wp !! those at the apex
     real(wp) :: normal(3) = 0.0_wp !! outward unit normal there
     real(wp) :: axis(3) = 0.0_wp !! principal axis of mu1
+    real(wp) :: gap = 0.0_wp !! distance, positive outside [length]
   end type under_t
 
   !> Entries of the rows before they are sorted.
@@ -60,7 +64,7 @@ contains
     allocate (nodes%node(most), nodes%face(most), nodes%weight(most), nodes%offset(most))
     allocate (nodes%owner(3, size(used)), source=0)
     allocate (nodes%share(3, size(used)), source=0.0_wp)
-    allocate (normal(3, most), axis(3, most), before(most), last(size(x, 2)))
+    allocate (normal(4, most), axis(3, most), before(most), last(size(x, 2)))
     last = 0
     call make_room(3*(most_slaves + most_masters)*count(used), entries)
     first = 1
@@ -96,7 +100,7 @@ contains
     logical, intent(in) :: used(:) !! (points) that count
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(mortar_t), intent(inout) :: nodes !! multipliers, weights, owners
-    real(wp), intent(inout) :: normal(:, :) !! (3, multipliers) sums of normals
+    real(wp), intent(inout) :: normal(:, :) !! (4, multipliers) sums of normals, and least gap
     real(wp), intent(inout) :: axis(:, :) !! (3, multipliers) sums of axes
     integer, intent(inout) :: latest(:) !! (nodes) last multiplier of each node
     integer, intent(inout) :: before(:) !! (multipliers) the one before of the same node
@@ -143,7 +147,7 @@ contains
     integer, intent(inout) :: own(3) !! in: nodes, out: multipliers
     integer, intent(in) :: face !! face of the master
     type(mortar_t), intent(inout) :: nodes !! multipliers
-    real(wp), intent(inout) :: normal(:, :) !! (3, multipliers) sums of normals
+    real(wp), intent(inout) :: normal(:, :) !! (4, multipliers) sums of normals, and least gap
     real(wp), intent(inout) :: axis(:, :) !! (3, multipliers) sums of axes
     integer, intent(inout) :: latest(:) !! (nodes) last multiplier of each node
     integer, intent(inout) :: before(:) !! (multipliers) the one before of the same node
@@ -164,7 +168,7 @@ contains
         nodes%face(i) = face
         nodes%weight(i) = 0.0_wp
         nodes%offset(i) = 0.0_wp
-        normal(:, i) = 0.0_wp
+        normal(:, i) = [0.0_wp, 0.0_wp, 0.0_wp, huge(1.0_wp)]
         axis(:, i) = 0.0_wp
       end if
       own(k) = i
@@ -180,7 +184,7 @@ contains
     real(wp), intent(in) :: psi(3) !! their dual functions there
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(mortar_t), intent(inout) :: nodes !! weights, offsets, owners
-    real(wp), intent(inout) :: normal(:, :) !! (3, multipliers) sums of normals
+    real(wp), intent(inout) :: normal(:, :) !! (4, multipliers) sums of normals, and least gap
     real(wp), intent(inout) :: axis(:, :) !! (3, multipliers) sums of axes
     type(entries_t), intent(inout) :: entries !! entries of the rows
     type(under_t) :: under
@@ -195,7 +199,8 @@ contains
       associate (i => own(k), positive => pair%history%cells(p)%area*hat(k))
         nodes%weight(i) = nodes%weight(i) + weight
         nodes%offset(i) = nodes%offset(i) + weight*withheld_gap(pair, p)
-        normal(:, i) = normal(:, i) + positive*under%normal
+        normal(:3, i) = normal(:3, i) + positive*under%normal
+        normal(4, i) = min(normal(4, i), under%gap)
         axis(:, i) = axis(:, i) + sign(positive, dot_product(axis(:, i), under%axis))*under%axis
         do b = 1, pair%points%n_slaves
           call add_entry(i, pair%points%point_nodes(b, p), &
@@ -229,7 +234,7 @@ contains
     integer, intent(in) :: p !! the point, with a target
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(under_t), intent(out) :: under !! what is there
-    real(wp) :: y(3), xi(2), t(3, 2), gap, d(n_parameters)
+    real(wp) :: y(3), xi(2), t(3, 2), d(n_parameters)
     type(projection_t) :: at
     type(facet_shapes_t) :: s
     type(axes_t) :: axes
@@ -242,6 +247,7 @@ contains
         at = project_quadratic(x(:, under%node), y, facet_kind(pair, facet))
         if (.not. at%found) at = project_quadratic(x(:, under%node), y, facet_flat)
         xi = at%xi
+        under%gap = at%gap
         t = at%t
         under%normal = at%normal
         s = facet_shapes(xi, facet_kind(pair, facet), x(:, under%node))
@@ -252,7 +258,7 @@ contains
         under%n = 3
         under%node(:3) = pair%surface%facets(:, facet)
         associate (c => corners(x, under%node(:3)))
-          call project_on_facet(c, y, xi, gap)
+          call project_on_facet(c, y, xi, under%gap)
           t = c(:, 1:2) - spread(c(:, 3), 2, 2)
           under%normal = facet_normal(c)
         end associate
@@ -265,10 +271,10 @@ contains
     end associate
   end subroutine look_under
 
-  !> Drops what is hardly covered; weights are divided out, means become frames.
+  !> Drops what is hardly covered or far away; weights are divided out, means become frames.
   pure subroutine keep_covered(pair, normal, axis, nodes, entries)
     type(pair_t), intent(in) :: pair !! areas of the slave facets
-    real(wp), intent(in) :: normal(:, :) !! (3, multipliers) sums of normals
+    real(wp), intent(in) :: normal(:, :) !! (4, multipliers) sums of normals, and least gap
     real(wp), intent(in) :: axis(:, :) !! (3, multipliers) sums of axes
     type(mortar_t), intent(inout) :: nodes !! multipliers
     type(entries_t), intent(inout) :: entries !! entries of the rows
@@ -281,13 +287,14 @@ contains
     allocate (nodes%frame(3, 3, nodes%n))
     do i = 1, nodes%n
       if (nodes%weight(i) < least_cover*area(i)) cycle
+      if (normal(4, i) > far_away*sqrt(area(i))) cycle
       n = n + 1
       place(i) = n
       nodes%node(n) = nodes%node(i)
       nodes%face(n) = nodes%face(i)
       nodes%weight(n) = nodes%weight(i)
       nodes%offset(n) = nodes%offset(i)/nodes%weight(i)
-      nodes%frame(:, :, n) = frame_of(normal(:, i), axis(:, i))
+      nodes%frame(:, :, n) = frame_of(normal(:3, i), axis(:, i))
     end do
     nodes%n = n
     nodes%frame = nodes%frame(:, :, :n)

@@ -30,6 +30,9 @@ module mortar_increment
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
   real(wp), parameter :: unchanged = 1.0e-7_wp
+  !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
+  !! last cut: cells stay within ten times that anyway.
+  real(wp), parameter :: hardly = 1.0e-4_wp
 
 contains
 
@@ -51,7 +54,8 @@ contains
     end if
     call begin_at(model, system, state, time)
     call prepare_start(model, system, state, time)
-    waits = system%touch%stage == touch_waits
+    ! a body that contact alone holds may need the friction of its new nodes
+    waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
     system%u = system%position%carried
     system%position%x_now = model%mesh%x + system%u
@@ -79,11 +83,12 @@ contains
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: change
+    real(wp) :: change, cut_at(3, size(system%u, 2))
     integer :: round, changes
 
     progress%outcome = outcome_restless
     changes = 0
+    cut_at = system%position%x_ahead
     do round = 1, most_rounds
       call load_contact(model, system)
       call couple_condensed(system)
@@ -98,7 +103,10 @@ contains
       progress%outcome = outcome_restless
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
+      changes = 0
+      if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) cycle
       call move_targets(model, system, settings%extrapolation, changes)
+      cut_at = system%position%x_now
     end do
     call monitor%warning('the weights of multipliers do not settle')
   end subroutine follow_weights

@@ -15,11 +15,16 @@ module mortar_newton
   integer, parameter :: most_halvings = 5
   !> What may be left, over the largest force; and over the round-off of the gaps without forces.
   real(wp), parameter :: share_left = 1.0e-12_wp, noise = 8.0_wp
+  !> A pivot below this share of the largest of the rigid motions says that contact leaves one free;
+  !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
+  real(wp), parameter :: no_pivot = 1.0e-10_wp, soft = 1.0e-6_wp
+  !> Bodies that touch nothing go this far beyond the nearest gap.
+  real(wp), parameter :: beyond = 1.5_wp
 
   !> How the solve ended.
   type :: mortar_result_t
     logical :: converged = .false. !! it has
-    logical :: singular = .false. !! bodies are not held
+    logical :: singular = .false. !! nothing can hold the bodies
     integer :: steps = 0 !! Newton steps
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap [length]
     real(wp), allocatable :: force(:) !! (3 n) along the frames [force]
@@ -48,6 +53,7 @@ contains
     type(iterate_t) :: now, next
     real(wp) :: change(size(start) + size(motion)), allowed, length
     integer :: halving, n
+    logical :: free
 
     n = size(start)
     call look_at(unknowns, start, motion, now)
@@ -56,13 +62,14 @@ contains
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = result%left <= allowed
       if (result%converged .or. result%steps == most_steps) exit
-      call find_step(unknowns, now, change, result%singular)
+      call find_step(unknowns, now, 0.0_wp, change, free)
+      if (free) call find_step(unknowns, now, hold_of(unknowns, now), change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + 1
       length = 1.0_wp
       do halving = 0, most_halvings
         call look_at(unknowns, now%z + length*change(:n), now%alpha + length*change(n + 1:), next)
-        if (measure(next) < measure(now)) exit
+        if (free .or. measure(next) < measure(now)) exit
         length = 0.5_wp*length
       end do
       now = next
@@ -123,11 +130,37 @@ contains
     end associate
   end subroutine look_at
 
+  !> What stops rigid motions in a step that contact does not: so much that bodies out of balance go
+  !! to the nearest gap, and little where all are in balance.
+  pure real(wp) function hold_of(unknowns, now) result(hold)
+    type(mortar_system_t), intent(in) :: unknowns !! gaps, loads
+    type(iterate_t), intent(in) :: now !! an iterate
+    real(wp) :: way, lacking
+    integer :: i
+
+    hold = soft*mean_stiffness(unknowns)
+    lacking = maxval(abs(now%balance))
+    if (lacking <= soft*maxval(abs(unknowns%load)) .or. all(now%closed)) return
+    way = minval([(now%gap(3*i), i=1, unknowns%n)], .not. now%closed)
+    hold = max(hold, lacking/max(beyond*way, lacking/mean_stiffness(unknowns)))
+  end function hold_of
+
+  !> Stiffness of a node, on average.
+  pure real(wp) function mean_stiffness(unknowns) result(unit)
+    type(mortar_system_t), intent(in) :: unknowns !! scales
+    integer :: i
+
+    unit = 1.0_wp
+    if (unknowns%n > 0) unit = sum([(unknowns%cone(i)%scale(2), i=1, unknowns%n)]) &
+      /real(unknowns%n, wp)
+  end function mean_stiffness
+
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.18).
-  subroutine find_step(unknowns, now, change, singular)
+  subroutine find_step(unknowns, now, hold, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
+    real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
     real(wp), allocatable :: matrix(:, :), right(:, :)
@@ -143,9 +176,7 @@ contains
     singular = .false.
     if (n + m == 0) return
     ! motions in the unit of forces: their columns are as large as the others
-    unit = 1.0_wp
-    if (unknowns%n > 0) unit = sum([(unknowns%cone(i)%scale(2), i=1, unknowns%n)]) &
-      /real(unknowns%n, wp)
+    unit = mean_stiffness(unknowns)
     allocate (matrix(n + m, n + m), right(n + m, 1), pivot(n + m))
     associate (gone => matmul(unknowns%yield(kept, :), change(:3*unknowns%n)))
       do k = 1, n, 3
@@ -162,9 +193,14 @@ contains
     end associate
     matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
     matrix(n + 1:, n + 1:) = 0.0_wp
+    do k = n + 1, n + m
+      matrix(k, k) = -hold/unit
+    end do
     right(n + 1:, 1) = -now%balance - matmul(change(:3*unknowns%n), unknowns%push)
     call dgetrf(n + m, n + m, matrix, n + m, pivot, info)
     singular = info /= 0
+    if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = minval([(abs(matrix(k, k)), &
+      k=n + 1, n + m)]) <= no_pivot*maxval([(abs(matrix(k, k)), k=n + 1, n + m)])
     if (singular) return
     call dgetrs('N', n + m, 1, matrix, n + m, pivot, right, n + m, info)
     change(kept) = right(:n, 1)
