@@ -29,7 +29,7 @@ module mortar_increment
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
-  real(wp), parameter :: unchanged = 1.0e-7_wp
+  real(wp), parameter :: unchanged = 1.0e-6_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
   !! last cut: cells stay within ten times that anyway.
   real(wp), parameter :: hardly = 1.0e-4_wp
