@@ -17,8 +17,10 @@ module cell_cutting
   use facet_tree, only: facets_near
   implicit none
   private
-  public :: fresh_t, make_fresh, cut_facet, fit_in
+  public :: fresh_t, make_fresh, cut_facet, fit_in, most_parts
 
+  !> Parts of a slave facet of six nodes with multipliers at all of them.
+  integer, parameter :: most_parts = 4
   !> Cells below this share of their facet are dropped.
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
@@ -52,12 +54,14 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(out) :: fresh !! gets its arrays and way
-    integer :: facets
+    integer :: facets, parts
 
     fresh%way = measure_way(pair, x_old, x)
     facets = size(pair%surface%facets, 2)
-    allocate (fresh%near(facets), fresh%cell(cell_points*(facets + 1)), &
-              fresh%target(cell_points*(facets + 1)))
+    parts = 1
+    if (pair%mortar .and. allocated(pair%points%slave_middles)) parts = most_parts
+    allocate (fresh%near(facets), fresh%cell(parts*cell_points*(facets + 1)), &
+              fresh%target(parts*cell_points*(facets + 1)))
   end subroutine make_fresh
 
   !> The points of one slave facet over the master at x.
@@ -103,9 +107,8 @@ contains
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: outline(2, most_outline), polygon(2, most_corners), points(2, cell_points), area
-    real(wp) :: place(2, cell_points), gaps(cell_points)
-    integer :: k, n
+    real(wp) :: outline(2, most_outline)
+    integer :: n, part
     logical :: curved
 
     ! whichever costs less comes first
@@ -115,11 +118,34 @@ contains
     call find_outline(pair, view%f, target, view%nodes, view%plane, x, outline, n)
     if (lies_beside(outline(:, :n))) return
     if (is_turned_away(pair, target, view%normal, x)) return
-    call clip_outline(outline(:, :n), polygon, n)
+    do part = 1, count_parts(pair, view%f)
+      call add_part(pair, target, view, x_old, x, part, outline(:, :n), fresh)
+    end do
+  end subroutine add_cell
+
+  !> The same on one part of the slave facet.
+  pure subroutine add_part(pair, target, view, x_old, x, part, outline, fresh)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: target !! the master facet
+    type(view_t), intent(in) :: view !! of the slave facet
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: part !! of the slave facet
+    real(wp), intent(in) :: outline(:, :) !! (2, corners) of the master facet
+    type(fresh_t), intent(inout) :: fresh !! gets points
+    real(wp) :: polygon(2, most_corners), points(2, cell_points), area
+    real(wp) :: part_outline(2, size(outline, 2)), place(2, cell_points), gaps(cell_points)
+    integer :: k, n, parts
+
+    parts = count_parts(pair, view%f)
+    part_outline = outline
+    if (parts > 1) part_outline = into_part(part, outline)
+    call clip_outline(part_outline, polygon, n)
     if (n == 0) return
-    area = abs(polygon_area(polygon, n))
+    area = abs(polygon_area(polygon, n))/real(parts, wp)
     if (area <= least_area) return
     call polygon_points(polygon, n, points)
+    if (parts > 1) points = out_of_part(part, points)
     call place_on_target(pair, target, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     if (all(gaps > pair%search_radius .or. [(is_too_deep(pair, target, gaps(k)), k=1, &
       cell_points)])) then
@@ -137,7 +163,42 @@ contains
       end associate
     end do
     fresh%n = fresh%n + cell_points
-  end subroutine add_cell
+  end subroutine add_part
+
+  !> Parts that a slave facet is cut in: multipliers at six nodes have hat functions on four.
+  pure integer function count_parts(pair, f) result(parts)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+
+    parts = 1
+    if (pair%mortar .and. is_bent(pair, f)) parts = most_parts
+  end function count_parts
+
+  !> Places of a slave facet in the (xi, eta) of one of its parts: those of mortar_functions.
+  pure function into_part(part, places) result(inside)
+    integer, intent(in) :: part !! 1 to most_parts
+    real(wp), intent(in) :: places(:, :) !! (2, places)
+    real(wp) :: inside(2, size(places, 2))
+
+    inside = 2.0_wp*places
+    if (part < most_parts .and. part < 3) inside(part, :) = inside(part, :) - 1.0_wp
+    if (part < most_parts) return
+    inside(1, :) = 2.0_wp*(places(1, :) + places(2, :)) - 1.0_wp
+    inside(2, :) = 1.0_wp - 2.0_wp*places(1, :)
+  end function into_part
+
+  !> And back.
+  pure function out_of_part(part, inside) result(places)
+    integer, intent(in) :: part !! 1 to most_parts
+    real(wp), intent(in) :: inside(:, :) !! (2, places)
+    real(wp) :: places(2, size(inside, 2))
+
+    places = 0.5_wp*inside
+    if (part < 3) places(part, :) = places(part, :) + 0.5_wp
+    if (part < most_parts) return
+    places(1, :) = 0.5_wp*(1.0_wp - inside(2, :))
+    places(2, :) = 0.5_wp*(inside(1, :) + inside(2, :))
+  end function out_of_part
 
   !> Where places of a slave facet are.
   pure function places_in(pair, f, nodes, points) result(y)

@@ -4,10 +4,11 @@ module mortar_functions
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
+  use cell_cutting, only: most_parts
   use facet_geometry, only: corners, facet_normal
   implicit none
   private
-  public :: find_faces, hat_functions, dual_functions, frame_of, most_parts
+  public :: find_faces, hat_functions, dual_functions, frame_of
 
   !> Facets of the master whose normals have a smaller cosine belong to two faces: a multiplier that
   !! is continuous over such an edge cannot carry a traction that jumps.
@@ -17,8 +18,6 @@ module mortar_functions
   real(wp), parameter :: worst_condition = 1.0e10_wp
   !> A mean of axes that is shorter than this has no direction.
   real(wp), parameter :: shortest_axis = 1.0e-6_wp
-  !> Parts of a slave facet of six nodes, a hat function at each of its nodes.
-  integer, parameter :: most_parts = 4
 
 contains
 

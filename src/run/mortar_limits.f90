@@ -106,9 +106,6 @@ contains
       exit
     end do
     if (.not. allocated(pair%points%slave_facets)) return
-    if (allocated(pair%points%slave_middles)) call refuse(pair%slave_at, 'MORTar does not know '// &
-      'slave facets of six nodes (elements of ten) in this version', 'write GTOS, or make the '// &
-      'surface of four-node elements the slave', diagnostics)
     if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
       size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &
       pair%slave//''' does not deform: multipliers there would be more than the master can '// &

@@ -9,9 +9,9 @@ CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1,
 E, PRESSURE = 1000.0, 10.0
 
 
-def block(name, cells, low, high, tilt):
+def block(name, cells, low, high, tilt, kind):
     """A BLOCk whose joint at z = 1 leans along x."""
-    lines = [f'BLOCk {name}', '  CART {} {} {}  MATErial 1  TET4'.format(*cells)]
+    lines = [f'BLOCk {name}', '  CART {} {} {}  MATErial 1  {}'.format(*cells, kind)]
     for k, bits in enumerate(CORNERS, 1):
         x, y, z = ((low, high)[b][axis] for axis, b in enumerate(bits))
         if z == 1:
@@ -20,15 +20,15 @@ def block(name, cells, low, high, tilt):
     return '\n'.join(lines) + '\n'
 
 
-def two_blocks(form, below, above, tilt, mu):
+def two_blocks(form, below, above, tilt, mu, kind):
     """A column of two blocks with frictionless sides on two planes, pressed from above."""
     boxes = []  # of the nodes of the joint, which leans: a box for each column of nodes
-    for x in sorted({a/m for m in (below[0], above[0]) for a in range(m + 1)}):
+    for x in sorted({a/(2*m) for m in (below[0], above[0]) for a in range(2*m + 1)}):
         z = 1 + tilt*(x - 0.5)
         boxes.append(f'  BOX {x - 1e-6!r} {x + 1e-6!r} -1 2 {z - 1e-5!r} {z + 1e-5!r}\n')
     return ('MFEC * * two blocks\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic 1000 0.3\n'
-            + block('low', below, (0, 0, 0), (1, 1, 1), tilt)
-            + block('high', above, (0, 0, 1), (1, 1, 2), tilt)
+            + block('low', below, (0, 0, 0), (1, 1, 1), tilt, kind)
+            + block('high', above, (0, 0, 1), (1, 1, 2), tilt, kind)
             + 'SET floor\n  PLANe 3 0\nSET lid\n  PLANe 3 2\nSET x0\n  PLANe 1 0\nSET y0\n  PLANe 2 0\n'
             + 'SURFace under FROM joint IN low\nSURFace over FROM joint IN high\nSURFace top FROM lid\n'
             + 'SET joint\n' + '  OR\n'.join(boxes)
@@ -48,10 +48,12 @@ class MortarLaws:
 
     def test_blocks_of_any_meshes_are_one(self):
         """An even pressure goes through a joint whose meshes do not fit, flat and leaning."""
-        for below, above, tilt, mu in (((2, 3, 2), (7, 5, 2), 0, 0.3), ((7, 5, 1), (2, 3, 2), 0, 0.0),
-                                       ((4, 3, 2), (5, 4, 2), 0.3, 0.9), ((3, 2, 2), (2, 2, 2), 0.3, 0.9)):
-            what = f'{below} under {above}, slope {tilt}'
-            text = two_blocks('MORTar over under', below, above, tilt, mu)
+        for below, above, tilt, mu, kind in (
+                ((2, 3, 2), (7, 5, 2), 0, 0.3, 'TET4'), ((7, 5, 1), (2, 3, 2), 0, 0.0, 'TET4'),
+                ((4, 3, 2), (5, 4, 2), 0.3, 0.9, 'TET4'), ((3, 2, 2), (2, 2, 2), 0.3, 0.9, 'TET4'),
+                ((3, 2, 1), (4, 3, 1), 0, 0.3, 'TET10'), ((4, 3, 1), (3, 2, 1), 0.3, 0.9, 'TET10')):
+            what = f'{kind} {below} under {above}, slope {tilt}'
+            text = two_blocks('MORTar over under', below, above, tilt, mu, kind)
             r = self.run(self.written('mortar_patch', text))
             with h5py.File(r.base + '.vtkhdf') as file:
                 grid = file['VTKHDF']
