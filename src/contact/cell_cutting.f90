@@ -18,8 +18,10 @@ module cell_cutting
   use polygon_parts, only: lie_over, take_away, most_parts
   implicit none
   private
-  public :: fresh_t, make_fresh, cut_facet, fit_in
+  public :: fresh_t, make_fresh, cut_facet, fit_in, slave_parts
 
+  !> Parts of a slave facet of six nodes with multipliers at all of them.
+  integer, parameter :: slave_parts = 4
   !> Cells below this share of their facet are dropped.
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
@@ -204,7 +206,7 @@ contains
     adjacent = any([(any(pair%surface%facets(:, a) == pair%surface%facets(k, b)), k=1, 3)])
   end function are_adjacent
 
-  !> Adds the points of a cell.
+  !> Adds the points of a cell, of each part of a slave facet that has some.
   pure subroutine add_cell(pair, view, target, polygon, n, x, fresh)
     type(pair_t), intent(in) :: pair !! the pair
     type(view_t), intent(in) :: view !! of the slave facet
@@ -213,12 +215,38 @@ contains
     integer, intent(in) :: n !! its corners
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: points(2, cell_points), place(2, cell_points), gaps(cell_points), area
+    real(wp) :: points(2, cell_points), inside(2, most_corners), area
+    integer :: part, parts, corners
+
+    parts = count_parts(pair, view%f)
+    if (parts == 1) then
+      call polygon_points(polygon, n, points)
+      call add_points(pair, view, target, points, abs(polygon_area(polygon, n)), x, fresh)
+      return
+    end if
+    do part = 1, parts
+      call clip_outline(into_part(part, polygon(:, :n)), inside, corners)
+      if (corners == 0) cycle
+      area = abs(polygon_area(inside, corners))/real(parts, wp)
+      if (area <= least_area) cycle
+      call polygon_points(inside, corners, points)
+      call add_points(pair, view, target, out_of_part(part, points), area, x, fresh)
+    end do
+  end subroutine add_cell
+
+  !> Adds the points of a polygon.
+  pure subroutine add_points(pair, view, target, points, area, x, fresh)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(view_t), intent(in) :: view !! of the slave facet
+    integer, intent(in) :: target !! the master facet
+    real(wp), intent(in) :: points(2, cell_points) !! (xi, eta) in the slave facet
+    real(wp), intent(in) :: area !! of the polygon, over that of the unit triangle times two
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    type(fresh_t), intent(inout) :: fresh !! gets points
+    real(wp) :: place(2, cell_points), gaps(cell_points)
     integer :: k
 
     if (fresh%n + cell_points > size(fresh%cell)) call double_room(fresh)
-    area = abs(polygon_area(polygon, n))
-    call polygon_points(polygon, n, points)
     call place_on_target(pair, target, x, places_in(pair, view%f, view%nodes, points), place, gaps)
     do k = 1, cell_points
       associate (p => fresh%n + k)
@@ -230,7 +258,42 @@ contains
       end associate
     end do
     fresh%n = fresh%n + cell_points
-  end subroutine add_cell
+  end subroutine add_points
+
+  !> Parts that a slave facet is cut in: multipliers at six nodes have hat functions on four.
+  pure integer function count_parts(pair, f) result(parts)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+
+    parts = 1
+    if (pair%mortar .and. is_bent(pair, f)) parts = slave_parts
+  end function count_parts
+
+  !> Places of a slave facet in the (xi, eta) of one of its parts: those of mortar_functions.
+  pure function into_part(part, places) result(inside)
+    integer, intent(in) :: part !! 1 to slave_parts
+    real(wp), intent(in) :: places(:, :) !! (2, places)
+    real(wp) :: inside(2, size(places, 2))
+
+    inside = 2.0_wp*places
+    if (part < slave_parts .and. part < 3) inside(part, :) = inside(part, :) - 1.0_wp
+    if (part < slave_parts) return
+    inside(1, :) = 2.0_wp*(places(1, :) + places(2, :)) - 1.0_wp
+    inside(2, :) = 1.0_wp - 2.0_wp*places(1, :)
+  end function into_part
+
+  !> And back.
+  pure function out_of_part(part, inside) result(places)
+    integer, intent(in) :: part !! 1 to slave_parts
+    real(wp), intent(in) :: inside(:, :) !! (2, places)
+    real(wp) :: places(2, size(inside, 2))
+
+    places = 0.5_wp*inside
+    if (part < 3) places(part, :) = places(part, :) + 0.5_wp
+    if (part < slave_parts) return
+    places(1, :) = 0.5_wp*(1.0_wp - inside(2, :))
+    places(2, :) = 0.5_wp*(inside(1, :) + inside(2, :))
+  end function out_of_part
 
   !> Twice the room for points.
   pure subroutine double_room(fresh)

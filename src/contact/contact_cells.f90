@@ -11,7 +11,7 @@ module contact_cells
   use contact_points, only: count_points, first_cell, longest_facet
   use facet_clipping, only: cell_points
   use facet_geometry, only: corners, facet_normal
-  use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in
+  use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in, slave_parts
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
@@ -56,9 +56,11 @@ contains
   subroutine prepare_cells(x, pair)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(pair_t), intent(inout) :: pair !! points given; gets cells, density, room for points
-    integer :: f, points
+    integer :: f, points, parts
 
     points = pair%facet_points
+    parts = 1
+    if (pair%mortar .and. allocated(pair%points%slave_middles)) parts = slave_parts
     pair%points%slave_area = [(sum(pair%points%area(points*(f - 1) + 1:points*f)), &
                         f=1, size(pair%points%slave_facets, 2))]
     if (allocated(pair%points%epsilon)) then
@@ -66,8 +68,8 @@ contains
         pair%points%epsilon(1)/pair%points%area(1)
     end if
     points = max(nint(reserve*real(points_at(pair, x), wp)), 6*size(pair%points%slave_facets, 2), &
-      nint(spare*real(cell_points*most_cells(pair%points%slave_facets, pair%surface%facets, x), &
-        wp)))
+      nint(spare*real(parts*cell_points*most_cells(pair%points%slave_facets, &
+      pair%surface%facets, x), wp)))
     deallocate (pair%points%point_nodes, pair%points%point_weights, pair%points%area)
     allocate (pair%history%cells(points), pair%history%old_cells(points))
     allocate (pair%points%point_nodes(pair%points%n_slaves, points), &
@@ -89,6 +91,7 @@ contains
     integer :: f
 
     n = 0
+    trial%mortar = pair%mortar
     trial%surface = pair%surface
     trial%points = pair%points
     trial%search_radius = pair%search_radius

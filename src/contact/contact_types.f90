@@ -4,6 +4,7 @@ module contact_types
   use deck_types, only: location_t
   use facet_tree, only: facet_tree_t
   use friction_laws, only: n_law_values
+  use mortar_types, only: mortar_t
   use element_types, only: status_off, status_open, status_stick, status_slip
   implicit none
   private
@@ -186,6 +187,7 @@ module contact_types
     real(wp) :: search_radius = 0.0_wp !! 0: from the facet size
     logical :: smooth = .false. !! SMOOth: curved patches with continuous normals
     logical :: augmented = .false. !! AUGMent: multipliers take over from the penalty
+    logical :: mortar = .false. !! MORTar: segmented, with multipliers at the slave nodes
     real(wp) :: augment_tolerance = 1.0e-6_wp !! see doc/theory, "Augmented Lagrangian"
     integer :: augment_most = 0 !! most updates of multipliers in an increment, 0: by the form
 
@@ -196,6 +198,9 @@ module contact_types
     type(pair_shrink_t) :: shrinking !! SHRInk
     type(pair_points_t) :: points !! its contact points
     type(point_history_t) :: history !! what they remember
+    type(mortar_t) :: nodes !! MORTar: multipliers of the present iterate
+    type(mortar_t) :: old_nodes !! the same of the last converged state
+    integer, allocatable :: faces(:) !! (master facets) MORTar: face that each belongs to
   end type pair_t
 
 contains

@@ -18,6 +18,8 @@ contains
     call add_word(t, 'NTOS', 'w:slave w:master', 'nodes of a set or surface against a surface')
     call add_word(t, 'GTOS', 'w:slave w:master SEGMent | w:slave w:master [p:points]', &
                   'quadrature points of the facets of a surface against a surface')
+    call add_word(t, 'MORTar', 'w:slave w:master', &
+                  'multipliers at the nodes of a surface against a surface')
     call add_word(t, 'PENAlty', 'AREA q:epsilon | AUTO [q:factor] | q:epsilon', &
                   'per slave point, per area, or from the stiffness')
     call add_word(t, 'FRICtion', friction_words, 'friction law')
@@ -35,6 +37,7 @@ contains
     call add_word(t, 'SMOOth', '', 'continuous normals over the master facets')
     call explain(t, 'GTOS: points in each facet: 1, 3 (the default), 6, 7, 12, 27, 48, 75 or 108.')
     call explain(t, 'SEGMent: points on the intersections of slave and master facets.')
+    call explain(t, 'MORTar: no penalty, the force of each slave node is an unknown.')
     call explain(t, 'PENAlty: force per length and slave point; AREA: pressure per length; AUTO')
     call explain(t, '(the default): from the elements next to the pair. DIREction: a vector,')
     call explain(t, 'projected on the facet (default 1 0 0); ANGLe turns it by phi degrees about')

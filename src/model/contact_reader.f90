@@ -1,4 +1,5 @@
-!> Reads the contact pairs: CONTact with its PAIR records.
+!> Reads the contact pairs: CONTact with its PAIR records. In more than 400 lines, since each word
+!! of a pair has its reading and its check.
 module contact_reader
   use kinds, only: wp
   use text, only: to_text, count_noun
@@ -21,6 +22,7 @@ module contact_reader
     logical :: has_form = .false. !! NTOS or GTOS has been given
     logical :: has_direction = .false. !! DIREction has been given
     type(location_t) :: law_at(size(cone_laws)) !! where the deck gives each law
+    type(location_t) :: penalty_at, augment_at, smooth_at !! and these words, line 0: not at all
     logical :: complete = .true. !! all records of its data set could be used
   end type pair_draft_t
 
@@ -104,10 +106,12 @@ contains
     type(pair_draft_t), intent(inout) :: draft !! the pair
 
     associate (word => record%items(1))
-      if (is_word(word, 'ntos') .or. is_word(word, 'gtos')) then
+      if (any([is_word(word, 'ntos'), is_word(word, 'gtos'), is_word(word, &
+        'mortar')])) then
         call read_form(record, diagnostics, draft)
       else if (is_word(word, 'penalty')) then
         call read_penalty(record, draft%pair)
+        draft%penalty_at = record%at
       else if (is_word(word, 'friction')) then
         call read_friction(record, draft)
       else if (is_word(word, 'direction')) then
@@ -118,8 +122,10 @@ contains
         if (is_word(record%items(2), 'associated')) draft%pair%friction%slip_rule = 2
       else if (is_word(word, 'smooth')) then
         draft%pair%smooth = .true.
+        draft%smooth_at = record%at
       else if (is_word(word, 'augment')) then
         draft%pair%augmented = .true.
+        draft%augment_at = record%at
         if (item_count(record) > 1) draft%pair%augment_tolerance = item_real(record, 2)
         if (item_count(record) > 2) draft%pair%augment_most = item_integer(record, 3)
       else if (is_word(word, 'shrink')) then
@@ -153,8 +159,10 @@ contains
     draft%pair%master = item_name(record, 3)
     draft%pair%slave_at = item_location(record, 2)
     draft%pair%master_at = item_location(record, 3)
-    if (.not. is_word(record%items(1), 'gtos')) return
+    if (is_word(record%items(1), 'ntos')) return
     draft%pair%form = form_quadrature_to_surface
+    draft%pair%mortar = is_word(record%items(1), 'mortar')
+    draft%pair%segmented = draft%pair%mortar
     if (item_count(record) < 4) return
     draft%pair%segmented = is_word(record%items(4), 'segment')
     if (draft%pair%segmented) return
@@ -296,11 +304,15 @@ contains
     integer :: k
 
     associate (pair => drafts(i)%pair)
-      if (pair%segmented) call check_segmented(pair, diagnostics)
+      if (pair%mortar) then
+        call check_words(drafts(i), diagnostics)
+      else if (pair%segmented) then
+        call check_segmented(pair, diagnostics)
+      end if
       call check_laws(drafts(i), diagnostics)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
-          'write GTOS slave master, or NTOS slave master')
+          'write GTOS slave master, MORTar slave master, or NTOS slave master')
       end if
       if (pair%smooth .and. pair%fit%adjusted) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &
@@ -361,6 +373,25 @@ contains
       end do
     end associate
   end subroutine check_laws
+
+  !> What multipliers at nodes have no use for, or do not know yet.
+  subroutine check_words(draft, diagnostics)
+    type(pair_draft_t), intent(in) :: draft !! a pair with MORTar
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: k
+
+    if (draft%penalty_at%line > 0) call report_error(diagnostics, draft%penalty_at, &
+      'MORTar has no penalty: its forces are unknowns', 'delete PENAlty')
+    if (draft%augment_at%line > 0) call report_error(diagnostics, draft%augment_at, &
+      'MORTar needs no AUGMent: its forces are multipliers', 'delete AUGMent')
+    if (draft%smooth_at%line > 0) call report_error(diagnostics, draft%smooth_at, &
+      'MORTar does not know SMOOth in this version', 'delete SMOOth, or write GTOS')
+    do k = 1, size(cone_laws)
+      if (cone_laws(k)%keeps_path .and. acts(k, draft%pair%law)) call report_error(diagnostics, &
+        draft%law_at(k), 'MORTar does not know '//trim(cone_laws(k)%keyword)//' in this version', &
+        'delete it, or write GTOS')
+    end do
+  end subroutine check_words
 
   !> What segmentation cannot do.
   subroutine check_segmented(pair, diagnostics)

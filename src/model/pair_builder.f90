@@ -158,7 +158,7 @@ contains
     call check_common_facets(model%mesh, pair, diagnostics)
     if (pair%shrinking%shrink >= 0) call check_shrink(model, pair, diagnostics)
     if (.not. (elastic .and. draft%complete)) return
-    call take_penalties(model, diagnostics, pair)
+    if (.not. pair%mortar) call take_penalties(model, diagnostics, pair)
     call measure_depths(model%mesh, exterior, outside, pair)
     if (pair%segmented) call prepare_cells(model%mesh%x, pair)
     allocate (pair%history%old(count_points(pair)), pair%history%new(count_points(pair)))

@@ -198,8 +198,10 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     character(*), intent(in) :: group !! its group
     type(error_t), allocatable, intent(out) :: error !! file trouble
+    real(wp), allocatable :: law(:)
 
-    call write_rows(file, group//'/law', reshape(law_of(pair), [size(law_of(pair)), 1]), &
+    allocate (law, source=law_of(pair))
+    call write_rows(file, group//'/law', reshape(law, [size(law), 1]), &
       'points of a slave facet (0 nodes, -1 SEGMent), 1 SMOOth, 1 AUGMent, 1 exact and round, '// &
       'mu1, mu2, slip rule, lay (1 vector, 2 CIRCumferential, 3 RADial, 4 FIELd), vector or '// &
       'axis (3), point of the axis (3), ANGLe in degrees, 1 MATErial, tolerance of AUGMent, '// &

@@ -16,6 +16,7 @@ module run_audit
   use system_types, only: settings_t
   use element_types, only: task_stress
   use assembly, only: recover
+  use mortar_rows, only: fill_mortar_points
   use element_fields, only: recover_fields
   use run_log, only: log_full, log_line
   use json_lines, only: print_record
@@ -41,6 +42,7 @@ contains
       full = audit%step == 0 .or. last
       call recover(system%contact, task_stress, model%mesh%x, context%state%u, &
         context%files%point_state)
+      call fill_mortar_points(model, system, context%files%point_state)
       call audit_whole(context, settings, last)
       call recover_fields(model, system, context%state, last, context%files%stress, &
         context%files%strain, context%files%nodal, audit)
@@ -76,6 +78,7 @@ contains
       call complete_state(model, system, context%state)
       call recover(system%contact, task_stress, model%mesh%x, context%state%u, &
         context%files%point_state)
+      call fill_mortar_points(model, system, context%files%point_state)
       call audit_state(model, system, context%state, settings, context%files%point_state, last, &
         audit)
     end associate

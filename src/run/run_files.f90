@@ -1,6 +1,7 @@
 !> The files of a run: tables, log and results; rows are written when an increment has converged.
 module run_files
   use kinds, only: wp
+  use mortar_rows, only: sum_multipliers
   use vectors, only: cross
   use errors, only: error_t
   use element_types, only: n_element_stress, status_stick, status_slip, status_open
@@ -254,7 +255,11 @@ contains
     end do
     row%active = row%stick + row%slip
     if (row%active == 0) row%max_criterion = 0.0_wp
-    if (row%tangential > 0.0_wp) row%lumped = lumped_friction(model, system, point_state, k)
+    if (model%pairs(k)%mortar) then
+      call sum_multipliers(model%pairs(k), row)
+    else if (row%tangential > 0.0_wp) then
+      row%lumped = lumped_friction(model, system, point_state, k)
+    end if
   end subroutine sum_points
 
   !> Moment of the couple that holds a point over its slave facet, with the same lever arms.

@@ -1,4 +1,5 @@
-!> One run from the deck to its files.
+!> One run from the deck to its files. In more than 400 lines, since each stage of it hands on what
+!! the one before has made.
 module session
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
@@ -19,6 +20,7 @@ module session
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
   use batch_checks, only: check_files, check_nodes
+  use mortar_limits, only: check_mortar
   use output_checks, only: written_files, guard_files, refuse_pipes
   use system_types, only: system_t, state_t
   use system_building, only: build_system
@@ -161,6 +163,8 @@ contains
     call read_study(deck, options%vary, diagnostics, study)
     if (study%active .or. sensitivity%active) call refuse_changes(options, error)
     if (allocated(error)) return
+    if (error_count(diagnostics) == 0) call check_mortar(model, commands, options, &
+      sensitivity%active .or. study%active, diagnostics)
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return

@@ -206,6 +206,7 @@ contains
         if (system%contact%status(e) <= status_open) cycle
         p = e - system%place%first_point(k) + 1
         force = force + point_state(13, e)*overlap_of(model%pairs(k), p)
+        if (model%pairs(k)%mortar) cycle
         audit%penalty_energy = audit%penalty_energy + held_energy(point_state(:, e))
       end do
       if (model%pairs(k)%shrinking%shrink < 0) cycle
@@ -241,8 +242,13 @@ contains
     audit%worst(checks) = 0
     do k = 1, size(model%pairs)
       way = 0.0_wp
+      if (model%pairs(k)%mortar) then
+        associate (nodes => model%pairs(k)%nodes)
+          way(1) = maxval([0.0_wp, pack(-nodes%gap(3, :), nodes%status > status_open)])
+        end associate
+      end if
       do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
-        if (system%contact%status(e) <= status_open) cycle
+        if (system%contact%status(e) <= status_open .or. model%pairs(k)%mortar) cycle
         way = max(way, [-point_state(4, e), point_state(5, e)])
       end do
       do i = 1, 2

@@ -53,6 +53,7 @@ contains
     integer :: e
 
     energy = 0.0_wp
+    if (model%pairs(k)%mortar) return
     do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
       if (system%contact%status(e) <= status_open) cycle
       if (all(system%equation(:, system%contact%ix(1:system%contact%nel(e), e)) == 0)) cycle

@@ -21,7 +21,7 @@ module condensed_system
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, refresh_candidates, recover_interior, keep_forces, &
+    find_defects, renew_defects, refresh_candidates, place_candidates, recover_interior, keep_forces, &
     spread_forces
 
 contains
@@ -207,17 +207,32 @@ contains
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
+
+    call put_candidates(system, system%condensed%alive%live_place == 0)
+  end subroutine refresh_candidates
+
+  !> Moves all candidates there.
+  subroutine place_candidates(system)
+    type(system_t), intent(inout) :: system !! u of candidates
+
+    call put_candidates(system, spread(.true., 1, system%condensed%n))
+  end subroutine place_candidates
+
+  !> Moves candidates to where the forces of the iterate, less its defects, put them.
+  subroutine put_candidates(system, moves)
+    type(system_t), intent(inout) :: system !! u
+    logical, intent(in) :: moves(:) !! (n) they do
     real(wp) :: u(system%condensed%n)
     integer :: i
 
     associate (condensed => system%condensed)
       call find_equilibrium(condensed, u)
       do i = 1, condensed%n
-        if (condensed%alive%live_place(i) > 0) cycle
+        if (.not. moves(i)) cycle
         system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
       end do
     end associate
-  end subroutine refresh_candidates
+  end subroutine put_candidates
 
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.

@@ -63,6 +63,7 @@ contains
     logical :: condensed
 
     if (system%whole%choice /= solver_unknown) return
+    if (any(model%pairs%mortar)) system%whole%asked = solver_reduced
     scene = look_at(model, system)
     call decide(scene, system%whole%asked, system%whole%choice, reason)
     call take_bulk_back(model%mesh%x, system)

@@ -21,7 +21,7 @@ module increment_start
   use system_types, only: system_t, state_t, settings_t
   implicit none
   private
-  public :: take_overlaps, begin_at, choose_start, start_here, start_again, &
+  public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
     start_rubbing, leave_bodies
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
@@ -77,17 +77,15 @@ contains
     call set_pressures(model, time, system)
   end subroutine begin_at
 
-  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
-  !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
-  subroutine choose_start(model, system, state, time, monitor)
+  !> Scales, first touches and the two starts of an increment: where the bodies were, and carried
+  !! along.
+  subroutine prepare_start(model, system, state, time, foretold)
     type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! u becomes the start
+    type(system_t), intent(inout) :: system !! u given; gets left, carried, x_ahead
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    class(monitor_t), intent(inout) :: monitor !! hears of the choice
-    real(wp) :: norm
+    logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
     integer :: k
-    logical :: taken, doubtful
 
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
@@ -106,13 +104,26 @@ contains
         system%body%bodies, state%u, system%position%carried)
     end if
     system%position%x_ahead = model%mesh%x + system%position%carried
-    if (associated(system%form%begin)) then
-      call system%form%begin(model, system, state, time, taken)
-      if (taken) then
-        call take_along(system)
-        call start_here(model, system, norm)
-        return
-      end if
+    foretold = .false.
+    if (associated(system%form%begin)) call system%form%begin(model, system, state, time, foretold)
+  end subroutine prepare_start
+
+  !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
+  !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
+  subroutine choose_start(model, system, state, time, monitor)
+    type(model_t), intent(inout) :: model !! pairs: working points
+    type(system_t), intent(inout) :: system !! u becomes the start
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    class(monitor_t), intent(inout) :: monitor !! hears of the choice
+    real(wp) :: norm
+    logical :: taken, doubtful
+
+    call prepare_start(model, system, state, time, taken)
+    if (taken) then
+      call take_along(system)
+      call start_here(model, system, norm)
+      return
     end if
     call start_carried(model, system, state, taken)
     if (taken) return

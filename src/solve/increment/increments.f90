@@ -17,6 +17,7 @@ module increments
   use stacks, only: is_stack
   use lost_contact, only: has_thrown, has_turned
   use late_look, only: look_inside
+  use mortar_increment, only: solve_mortar
   use monitors, only: monitor_t
   use system_types, only: system_t, state_t, settings_t
   use text, only: to_text
@@ -49,6 +50,13 @@ contains
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u
     call take_overlaps(model, time)
+    if (any(model%pairs%mortar)) then
+      call solve_mortar(model, system, state, time, settings, monitor, progress)
+      if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
+      if (progress%outcome == outcome_converged) call look_for_strays(model, system, progress)
+      if (progress%outcome == outcome_converged) call accept(model, system, state, time)
+      return
+    end if
     do look = 1, most_looks
       call begin_at(model, system, state, time)
       call choose_start(model, system, state, time, monitor)

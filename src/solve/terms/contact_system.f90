@@ -15,6 +15,7 @@ module contact_system
   use master_facets, only: is_quadratic, facet_routine
   use contact_targets, only: begin_increment, follow_apexes, settle_points
   use contact_apexes, only: touches
+  use mortar_history, only: settle_mortar
   use smooth_normals, only: project_on_master
   use friction_laws, only: keeps_path
   use apex_ways, only: way_of_apex
@@ -177,6 +178,7 @@ contains
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
+      if (model%pairs(k)%mortar) cycle
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
         associate (point => model%pairs(k)%history%new(p))
@@ -209,7 +211,12 @@ contains
 
     call keep_status(model, system)
     do k = 1, size(model%pairs)
-      call settle_points(model%pairs(k), system%position%x_now)
+      if (model%pairs(k)%mortar) then
+        call settle_mortar(model%pairs(k), system%contact%status(system%place%first_point(k): &
+          system%place%first_point(k + 1) - 1), system%position%x_now)
+      else
+        call settle_points(model%pairs(k), system%position%x_now)
+      end if
       call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
       model%pairs(k)%history%cuts = 0
     end do

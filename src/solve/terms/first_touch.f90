@@ -24,7 +24,7 @@ module first_touch
   implicit none
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
-    keep_path
+    keep_path, find_free_way
 
   !> A gap below this share of the facet's size is none.
   real(wp), parameter :: touching = 1.0e-9_wp

@@ -1,0 +1,152 @@
+!> What multipliers remember from one state to the next, and what points show of them (doc/theory,
+!! "Mortar contact", eq. (7.16)).
+module mortar_history
+  use kinds, only: wp
+  use element_types, only: status_off, status_open, status_stick, status_slip
+  use contact_types, only: pair_t
+  use contact_cells, only: forget_first_cells
+  use mortar_types, only: mortar_t, same_multiplier
+  use slave_places, only: cell_position
+  use smooth_normals, only: project_on_master
+  implicit none
+  private
+  public :: take_history, take_forces, show_points, settle_mortar, was_closed
+
+contains
+
+  !> History of new multipliers from the last converged state, and forces to begin with from the
+  !! last iterate.
+  pure subroutine take_history(old, last, nodes)
+    type(mortar_t), intent(in) :: old !! last converged state
+    type(mortar_t), intent(in) :: last !! last iterate, maybe of other multipliers
+    type(mortar_t), intent(inout) :: nodes !! weighed; gets forces and history
+    integer :: i, j
+
+    associate (n => nodes%n)
+      allocate (nodes%force(3, n), nodes%way(3, n), nodes%gap(3, n), nodes%from(3, n), &
+        source=0.0_wp)
+      allocate (nodes%path(n), nodes%dissipation(n), nodes%criterion(n), source=0.0_wp)
+      allocate (nodes%status(n), source=status_open)
+      allocate (nodes%waits(n), source=.false.)
+    end associate
+    nodes%from(1, :) = 1.0_wp
+    do i = 1, nodes%n
+      j = same_multiplier(old, nodes%node(i), nodes%face(i))
+      if (j > 0) then
+        nodes%path(i) = old%path(j)
+        nodes%way(:, i) = old%way(:, j)
+        nodes%dissipation(i) = old%dissipation(j)
+        nodes%force(:, i) = old%force(:, j)
+      end if
+      j = same_multiplier(last, nodes%node(i), nodes%face(i))
+      if (j > 0) nodes%force(:, i) = last%force(:, j)
+    end do
+    if (nodes%n == 0) return
+    ! the work of multipliers that are no more is kept
+    do j = 1, old%n
+      if (same_multiplier(nodes, old%node(j), old%face(j)) > 0) cycle
+      i = max(1, findloc(nodes%node, old%node(j), 1))
+      nodes%dissipation(i) = nodes%dissipation(i) + old%dissipation(j)
+    end do
+  end subroutine take_history
+
+  !> A multiplier was closed at the last converged state.
+  pure logical function was_closed(old, node, face) result(closed)
+    type(mortar_t), intent(in) :: old !! last converged state
+    integer, intent(in) :: node !! slave node
+    integer, intent(in) :: face !! face of the master
+    integer :: j
+
+    closed = .false.
+    j = same_multiplier(old, node, face)
+    if (j > 0) closed = old%status(j) > status_open
+  end function was_closed
+
+  !> Forces, gaps and status of the multipliers from the solution along their frames.
+  pure subroutine take_forces(force, gap, closed, slips, criterion, nodes)
+    real(wp), intent(in) :: force(:) !! (3 n) along the frames [force]
+    real(wp), intent(in) :: gap(:) !! (3 n) slip and gap [length]
+    logical, intent(in) :: closed(:) !! (n)
+    logical, intent(in) :: slips(:) !! (n)
+    real(wp), intent(in) :: criterion(:) !! (n) [force]
+    type(mortar_t), intent(inout) :: nodes !! gets them
+    integer :: i
+
+    do i = 1, nodes%n
+      nodes%force(:, i) = matmul(nodes%frame(:, :, i), force(3*i - 2:3*i))
+    end do
+    nodes%gap = reshape(gap, [3, nodes%n])
+    nodes%status = merge(merge(status_slip, status_stick, slips), status_open, closed)
+    nodes%criterion = criterion
+  end subroutine take_forces
+
+  !> Points do what the multipliers around them do.
+  pure subroutine show_points(pair, status)
+    type(pair_t), intent(in) :: pair !! its multipliers, owners of the points
+    integer, intent(inout) :: status(:) !! (points) gets theirs
+    integer :: p, k
+
+    do p = 1, size(status)
+      if (status(p) == status_off) cycle
+      status(p) = status_open
+      do k = 1, 3
+        associate (i => pair%nodes%owner(k, p))
+          if (i > 0) status(p) = max(status(p), pair%nodes%status(i))
+        end associate
+      end do
+    end do
+  end subroutine show_points
+
+  !> Makes the converged state the history: what has slipped, and what friction has taken, and
+  !! where apexes are. They stay only where all multipliers around a point stick.
+  pure subroutine settle_mortar(pair, status, x)
+    type(pair_t), intent(inout) :: pair !! multipliers and points become the old ones
+    integer, intent(in) :: status(:) !! (points) of the contact elements
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) converged positions [length]
+    integer :: p
+    real(wp) :: gap
+
+    call add_slip(pair%nodes)
+    do p = 1, size(pair%history%new)
+      associate (point => pair%history%new(p), own => pair%nodes%owner(:, p))
+        point%status = status(p)
+        point%path = 0.0_wp
+        point%way = 0.0_wp
+        point%dissipation = 0.0_wp
+        if (point%target == 0) point%status = status_off
+        if (all(own > 0)) then
+          point%path = sum(pair%nodes%path(own))/3.0_wp
+          point%way = sum(pair%nodes%way(:, own), 2)/3.0_wp
+          point%dissipation = dot_product(pair%nodes%share(:, p), pair%nodes%dissipation(own))
+          if (all(pair%nodes%status(own) == status_stick)) cycle
+        end if
+        if (point%target > 0) call project_on_master(pair, point%target, x, cell_position(pair, &
+          pair%history%cells(p), x), point%apex, gap)
+      end associate
+    end do
+    pair%history%old = pair%history%new
+    pair%history%old_cells = pair%history%cells
+    pair%old_nodes = pair%nodes
+    call forget_first_cells(pair)
+  end subroutine settle_mortar
+
+  !> Adds the slip of the increment to what multipliers remember (doc/theory, "Dissipation").
+  pure subroutine add_slip(nodes)
+    type(mortar_t), intent(inout) :: nodes !! converged
+    real(wp) :: slip(3)
+    integer :: i
+
+    do i = 1, nodes%n
+      if (nodes%status(i) <= status_open) then
+        nodes%path(i) = 0.0_wp
+        nodes%way(:, i) = 0.0_wp
+        cycle
+      end if
+      if (nodes%status(i) /= status_slip) cycle
+      slip = matmul(nodes%frame(:, 1:2, i), nodes%gap(1:2, i))
+      nodes%path(i) = nodes%path(i) + norm2(slip)
+      nodes%way(:, i) = nodes%way(:, i) + slip
+      nodes%dissipation(i) = nodes%dissipation(i) - dot_product(nodes%force(:, i), slip)
+    end do
+  end subroutine add_slip
+end module mortar_history

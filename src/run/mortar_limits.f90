@@ -1,0 +1,114 @@
+!> What MORTar does not go with in this version: refused when the deck is read, never solved in some
+!! other way (doc/manual, "Contact").
+module mortar_limits
+  use deck_types, only: location_t
+  use diagnostics, only: diagnostics_t, report_error
+  use contact_types, only: pair_t
+  use command_line, only: options_t
+  use batch_types, only: batch_command_t
+  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
+  use bulk_laws, only: laws
+  use model_types, only: model_t
+  use ranks, only: count_ranks
+  implicit none
+  private
+  public :: check_mortar
+
+contains
+
+  !> Reports what a scene with MORTar cannot have.
+  subroutine check_mortar(model, commands, options, asks, diagnostics)
+    type(model_t), intent(in) :: model !! the problem
+    type(batch_command_t), intent(in) :: commands(:) !! its solution commands
+    type(options_t), intent(in) :: options !! the command line
+    logical, intent(in) :: asks !! derivatives or variants are asked for
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: k, first
+
+    if (.not. allocated(model%pairs)) return
+    first = findloc(model%pairs%mortar, .true., 1)
+    if (first == 0) return
+    associate (at => model%pairs(first)%at)
+      if (asks) call refuse(at, 'MORTar does not know derivatives and variants in this version', &
+        'leave SENSitivity, STUDy and --vary out, or write GTOS', diagnostics)
+      if (len(options%restart) > 0) call refuse(at, 'MORTar cannot go on from a saved state in '// &
+        'this version', 'run the deck from its start, without --restart', diagnostics)
+      if (all(options%solver /= [solver_unknown, solver_auto, solver_reduced])) call refuse(at, &
+        'MORTar wants the solver REDUced', 'leave --solver out', diagnostics)
+      if (count_ranks() > 1) call refuse(at, 'MORTar works on one rank', 'run it without mpirun', &
+        diagnostics)
+    end associate
+    call check_commands(commands, diagnostics)
+    do k = 1, size(model%pairs)
+      call check_bodies(model, model%pairs(k), model%pairs(first)%name, diagnostics)
+    end do
+  end subroutine check_mortar
+
+  !> Reports one thing.
+  subroutine refuse(at, what, remedy, diagnostics)
+    type(location_t), intent(in) :: at !! where
+    character(*), intent(in) :: what !! what does not go
+    character(*), intent(in) :: remedy !! what to do
+    type(diagnostics_t), intent(inout) :: diagnostics !! gets it
+
+    call report_error(diagnostics, at, what, remedy)
+  end subroutine refuse
+
+  !> Solution commands that MORTar has no way for.
+  subroutine check_commands(commands, diagnostics)
+    type(batch_command_t), intent(in) :: commands(:) !! the solution commands
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i
+
+    do i = 1, size(commands)
+      select case (commands(i)%command)
+      case ('tang', 'utan')
+        call refuse(commands(i)%at, 'MORTar has no TANG: its forces are unknowns of an increment', &
+          'write STEP,,n in place of TIME, TANG and SOLV', diagnostics)
+      case ('rest')
+        call refuse(commands(i)%at, 'MORTar cannot go back to a saved state in this version', &
+          'leave REST out', diagnostics)
+      case ('solv')
+        if (commands(i)%solves) cycle
+        if (all(solver_of(commands(i)%option) /= [solver_auto, solver_reduced])) call refuse( &
+          commands(i)%at, 'MORTar wants the solver REDUced', 'write SOLVer REDUced or leave '// &
+          'SOLVer out', diagnostics)
+      end select
+    end do
+  end subroutine check_commands
+
+  !> A pair beside others without multipliers, a slave that does not deform, a bulk that is not
+  !! linear, bodies whose motion is unknown.
+  subroutine check_bodies(model, pair, name, diagnostics)
+    type(model_t), intent(in) :: model !! materials, supports
+    type(pair_t), intent(in) :: pair !! one of the pairs
+    character(*), intent(in) :: name !! of a pair with MORTar
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+    integer :: i
+
+    if (.not. pair%mortar) then
+      call refuse(pair%at, 'pair '//pair%name//' has a penalty, and pair '//name//' has MORTar', &
+        'write MORTar in all pairs, or in none', diagnostics)
+      return
+    end if
+    do i = 1, size(model%materials)
+      if (model%materials(i)%rigid .or. .not. laws(model%materials(i)%law)%finite) cycle
+      if (all(model%element_material /= i)) cycle
+      call refuse(pair%at, 'MORTar knows small strain alone in this version', &
+        'write SOLId LINEar, or GTOS in place of MORTar', diagnostics)
+      exit
+    end do
+    do i = 1, size(model%conditions%rigid)
+      if (.not. any(model%conditions%rigid(i)%free)) cycle
+      call refuse(pair%at, 'MORTar does not know rigid bodies with free motions in this '// &
+        'version: body '//model%conditions%rigid(i)%name//' has some', &
+        'prescribe all its motions by MOVE and TURN, or write GTOS', diagnostics)
+      exit
+    end do
+    if (.not. allocated(pair%points%slave_facets)) return
+    if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
+      size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &
+      pair%slave//''' does not deform: multipliers there would be more than the master can '// &
+      'follow', 'exchange slave and master', diagnostics)
+  end subroutine check_bodies
+end module mortar_limits

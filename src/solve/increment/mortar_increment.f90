@@ -1,0 +1,234 @@
+!> One increment of pairs with multipliers at their slave nodes: rounds of weights, forces and
+!! displacements until the weights stay (doc/theory, "Mortar contact").
+module mortar_increment
+  use kinds, only: wp
+  use model_types, only: model_t
+  use mortar_types, only: mortar_t
+  use mortar_functions, only: find_faces
+  use mortar_weights, only: weigh_nodes
+  use mortar_history, only: take_history, take_forces, show_points
+  use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
+  use mortar_newton, only: mortar_result_t, solve_multipliers
+  use mortar_touch, only: find_touched, place_new
+  use elmlib, only: routine_none
+  use element_types, only: status_open
+  use increment_start, only: begin_at, prepare_start
+  use contact_system, only: restart_points, move_targets, load_contact
+  use condensed_system, only: couple_condensed, restore_forces, place_candidates
+  use touch_path, only: touch_none, touch_waits
+  use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular, &
+    outcome_restless, outcome_stopped, outcome_memory
+  use signals, only: stop_requested
+  use parallel, only: any_rank
+  use monitors, only: monitor_t, iteration_t
+  use system_types, only: system_t, state_t, settings_t
+  implicit none
+  private
+  public :: solve_mortar
+
+  !> Rounds of an increment, with a margin: a wavy master has taken 3.
+  integer, parameter :: most_rounds = 20
+  !> Weights and frames that change by less have stayed: forces follow them to first order.
+  real(wp), parameter :: unchanged = 1.0e-6_wp
+  !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
+  !! last cut: cells stay within ten times that anyway.
+  real(wp), parameter :: hardly = 1.0e-4_wp
+
+contains
+
+  !> Solves for the state at `time`; nothing is accepted here.
+  subroutine solve_mortar(model, system, state, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u is the new state on success
+    type(state_t), intent(in) :: state !! last converged state
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(out) :: progress !! how it ended
+    logical :: waits, touched, foretold
+    integer :: changes, k
+
+    if (system%form%knows_inside) then
+      progress%outcome = outcome_memory
+      return
+    end if
+    call begin_at(model, system, state, time)
+    call prepare_start(model, system, state, time, foretold)
+    ! a body that contact alone holds may need the friction of its new nodes
+    waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
+    system%touch%stage = touch_none
+    system%u = system%position%carried
+    system%position%x_now = model%mesh%x + system%u
+    do k = 1, size(model%pairs)
+      if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
+      model%pairs(k)%nodes = model%pairs(k)%old_nodes
+    end do
+    call restart_points(model, system)
+    call move_targets(model, system, 0.0_wp, changes)
+    call restore_forces(system%condensed)
+    call follow_weights(model, system, waits, time, settings, monitor, progress)
+    if (.not. waits .or. progress%outcome /= outcome_converged) return
+    call find_touched(model, system, touched)
+    if (.not. touched) return
+    call monitor%detail('  slave nodes have touched first in this increment: friction from there')
+    call follow_weights(model, system, .false., time, settings, monitor, progress)
+  end subroutine solve_mortar
+
+  !> Rounds until the weights stay.
+  subroutine follow_weights(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    real(wp) :: change, cut_at(3, size(system%u, 2))
+    integer :: round, changes
+
+    progress%outcome = outcome_restless
+    changes = 0
+    cut_at = system%position%x_ahead
+    do round = 1, most_rounds
+      call load_contact(model, system)
+      call couple_condensed(system)
+      call weigh_all(model, system, waits, change)
+      if (round > 1 .and. changes == 0 .and. change <= unchanged) then
+        progress%outcome = outcome_converged
+        call show_all(model, system)
+        return
+      end if
+      call solve_round(model, system, time, monitor, progress)
+      if (progress%outcome /= outcome_converged) return
+      progress%outcome = outcome_restless
+      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      if (progress%outcome == outcome_stopped) return
+      changes = 0
+      if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) cycle
+      call move_targets(model, system, settings%extrapolation, changes)
+      cut_at = system%position%x_now
+    end do
+    call monitor%warning('the weights of multipliers do not settle')
+  end subroutine follow_weights
+
+  !> Points show what the multipliers around them do.
+  subroutine show_all(model, system)
+    type(model_t), intent(in) :: model !! pairs with their multipliers
+    type(system_t), intent(inout) :: system !! contact elements: status
+    integer :: k
+
+    do k = 1, size(model%pairs)
+      call show_points(model%pairs(k), system%contact%status(system%place%first_point(k): &
+        system%place%first_point(k + 1) - 1))
+    end do
+  end subroutine show_all
+
+  !> Weights at the present positions, and by how much they have changed.
+  subroutine weigh_all(model, system, waits, change)
+    type(model_t), intent(inout) :: model !! pairs: multipliers
+    type(system_t), intent(in) :: system !! contact elements
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(out) :: change !! largest change of a weight or a frame
+    type(mortar_t) :: nodes
+    integer :: k
+
+    change = 0.0_wp
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k), first => system%place%first_point(k), &
+        last => system%place%first_point(k + 1) - 1)
+        call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+          system%position%x_now, nodes)
+        change = max(change, difference(pair%nodes, nodes))
+        call take_history(pair%old_nodes, pair%nodes, nodes)
+        nodes%status = kept_status(pair%nodes, nodes)
+        call place_new(pair, system, k, waits, nodes)
+        if (nodes%n == pair%nodes%n .and. allocated(pair%nodes%gap)) then
+          nodes%gap = pair%nodes%gap
+          nodes%criterion = pair%nodes%criterion
+        end if
+        pair%nodes = nodes
+      end associate
+    end do
+  end subroutine weigh_all
+
+  !> Status of the multipliers so far.
+  pure function kept_status(last, nodes) result(status)
+    type(mortar_t), intent(in) :: last !! last iterate
+    type(mortar_t), intent(in) :: nodes !! new ones
+    integer :: status(nodes%n)
+
+    status = status_open
+    if (last%n == nodes%n .and. allocated(last%status)) status = last%status
+  end function kept_status
+
+  !> Largest difference of weights and frames; huge where other multipliers or nodes have come.
+  pure real(wp) function difference(last, nodes) result(change)
+    type(mortar_t), intent(in) :: last !! before
+    type(mortar_t), intent(in) :: nodes !! now
+    logical :: same
+
+    change = huge(1.0_wp)
+    if (.not. allocated(last%column)) return
+    same = last%n == nodes%n .and. size(last%column) == size(nodes%column)
+    if (same) same = all(last%node == nodes%node) .and. all(last%face == nodes%face) .and. &
+      all(last%column == nodes%column)
+    if (same) change = maxval([0.0_wp, maxval(abs(last%now - nodes%now)), &
+      maxval(abs(last%frame - nodes%frame))])
+  end function difference
+
+  !> Forces of the multipliers with frozen weights, and the displacements that they make.
+  subroutine solve_round(model, system, time, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(system_t), intent(inout) :: system !! u and forces of contact
+    real(wp), intent(in) :: time !! end of the increment
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    type(mortar_system_t) :: unknowns
+    type(mortar_result_t) :: result
+    integer :: k
+
+    call build_mortar(model, system, unknowns)
+    associate (condensed => system%condensed)
+      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
+      progress%solves = progress%solves + max(1, result%steps)
+      progress%outcome = outcome_stalled
+      if (result%singular) progress%outcome = outcome_singular
+      if (result%converged) progress%outcome = outcome_converged
+      do k = 1, size(model%pairs)
+        associate (own => unknowns%start(k) + 1, end => unknowns%start(k + 1))
+          call take_forces(result%force(3*own - 2:3*end), result%gap(3*own - 2:3*end), &
+            result%closed(own:end), result%slips(own:end), result%criterion(own:end), &
+            model%pairs(k)%nodes)
+        end associate
+      end do
+      call spread_multipliers(unknowns, result%force, system)
+      condensed%rigid%alpha = result%motion
+      condensed%rigid%imbalance = 0.0_wp
+      condensed%bulk%defect = 0.0_wp
+      call place_candidates(system)
+      system%position%x_now = model%mesh%x + system%u
+      if (allocated(system%contact%reached)) deallocate (system%contact%reached)
+    end associate
+    call tell(time, result, progress, monitor)
+  end subroutine solve_round
+
+  !> Reports a round.
+  subroutine tell(time, result, progress, monitor)
+    real(wp), intent(in) :: time !! end of the increment
+    type(mortar_result_t), intent(in) :: result !! of the round
+    type(newton_t), intent(in) :: progress !! solves so far
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    type(iteration_t) :: report
+
+    report%time = time
+    report%number = progress%solves
+    report%residual = result%left
+    report%relative = result%left/max(maxval([0.0_wp, abs(result%force)]), tiny(1.0_wp))
+    report%step_length = 1.0_wp
+    report%active = count(result%closed)
+    report%slip = count(result%closed .and. result%slips)
+    report%stick = report%active - report%slip
+    report%solver = 'REDUCED'
+    call monitor%iteration(report)
+  end subroutine tell
+end module mortar_increment

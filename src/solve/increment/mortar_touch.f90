@@ -1,0 +1,116 @@
+!> First touches of slave nodes with multipliers: their slip counts from where their way meets the
+!! master (doc/theory, "Contact initiation").
+module mortar_touch
+  use kinds, only: wp
+  use model_types, only: model_t
+  use contact_types, only: pair_t
+  use mortar_types, only: mortar_t
+  use mortar_history, only: was_closed
+  use element_types, only: status_open
+  use costs, only: count_cost, cost_touch
+  use first_touch, only: find_free_way
+  use touch_path, only: way_before, never
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: find_touched, place_new
+
+  !> A gap below this share of the width of a node's weight is none.
+  real(wp), parameter :: touching = 1.0e-9_wp
+
+contains
+
+  !> After the pass without friction: whether nodes have touched that it waits for, and when the
+  !! first of each body did.
+  subroutine find_touched(model, system, touched)
+    type(model_t), intent(in) :: model !! pairs with their multipliers
+    type(system_t), intent(inout) :: system !! touch gets ways and first touches
+    logical, intent(out) :: touched !! some have
+    integer :: k, i, body
+
+    touched = .false.
+    do k = 1, size(model%pairs)
+      associate (nodes => model%pairs(k)%nodes)
+        touched = touched .or. any(nodes%waits .and. nodes%status > status_open)
+      end associate
+    end do
+    if (.not. touched) return
+    call count_cost(system%costs, cost_touch, 1)
+    system%touch%x_end = system%position%x_now
+    call find_free_way(model, system)
+    do k = 1, size(model%pairs)
+      system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
+      associate (nodes => model%pairs(k)%nodes, start => system%touch%start(:, k))
+        do i = 1, nodes%n
+          if (.not. nodes%waits(i) .or. nodes%status(i) <= status_open) cycle
+          body = system%body%node_body(nodes%node(i))
+          if (.not. system%touch%empty(body, k)) cycle
+          start(body) = min(start(body), touch_time(nodes, i, system))
+          if (system%body%floating(body)) start(body) = 0.0_wp
+        end do
+      end associate
+    end do
+  end subroutine find_touched
+
+  !> When the free way of a node meets the master, as a share of the increment, by eq. (10.7).
+  pure real(wp) function touch_time(nodes, i, system) result(time)
+    type(mortar_t), intent(in) :: nodes !! weighed multipliers
+    integer, intent(in) :: i !! one of them
+    type(system_t), intent(in) :: system !! positions
+    real(wp) :: gap, gap_free, none
+
+    gap = gap_at(nodes, i, system%position%x_old)
+    gap_free = gap_at(nodes, i, system%touch%x_free)
+    none = touching*sqrt(nodes%weight(i))
+    if (gap <= none) then
+      time = 0.0_wp
+    else if (gap_free >= gap - none) then
+      time = never
+    else
+      time = gap/(gap - gap_free)
+    end if
+  end function touch_time
+
+  !> Weighted gap of a multiplier with the nodes at x.
+  pure real(wp) function gap_at(nodes, i, x) result(gap)
+    type(mortar_t), intent(in) :: nodes !! weighed multipliers
+    integer, intent(in) :: i !! one of them
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer :: e
+
+    gap = nodes%offset(i)
+    do e = nodes%first(i), nodes%first(i + 1) - 1
+      gap = gap + nodes%now(e)*dot_product(x(:, nodes%column(e)) - x(:, nodes%node(i)), &
+        nodes%frame(:, 3, i))
+    end do
+  end function gap_at
+
+  !> Nodes that were open have no place on the master from before: their slip is the way over what
+  !! lies below them now, from where they touch by eqs. (10.5), (10.8).
+  pure subroutine place_new(pair, system, k, waits, nodes)
+    type(pair_t), intent(in) :: pair !! its last converged state
+    type(system_t), intent(in) :: system !! touches
+    integer, intent(in) :: k !! number of the pair
+    logical, intent(in) :: waits !! friction waits where they were open
+    type(mortar_t), intent(inout) :: nodes !! weighed; gets from, waits
+    real(wp) :: t, start, last
+    integer :: i, body
+
+    do i = 1, nodes%n
+      if (was_closed(pair%old_nodes, nodes%node(i), nodes%face(i))) cycle
+      nodes%before(nodes%first(i):nodes%first(i + 1) - 1) = &
+        nodes%now(nodes%first(i):nodes%first(i + 1) - 1)
+      if (.not. (waits .or. allocated(system%touch%x_end))) cycle
+      body = system%body%node_body(nodes%node(i))
+      if (.not. system%touch%waits(body, k)) cycle
+      nodes%waits(i) = waits
+      if (waits) cycle
+      t = way_before(system%touch, body, k, touch_time(nodes, i, system))
+      start = system%touch%start(body, k)
+      last = 0.0_wp
+      if (t > start) last = (t - start)/(1.0_wp - start)
+      nodes%from(:, i) = [1.0_wp - min(t, start), min(t, start), 0.0_wp]*(1.0_wp - last) &
+        + [0.0_wp, 0.0_wp, last]
+    end do
+  end subroutine place_new
+end module mortar_touch
