@@ -1,5 +1,6 @@
 !> The cells of one slave facet: its intersections with the master facets (doc/theory,
-!! "Segmentation").
+!! "Segmentation"). In more than 400 lines, since what is cut, who has it and what is left belong
+!! together.
 module cell_cutting
   use kinds, only: wp
   use contact_types, only: pair_t, cell_t

@@ -1,5 +1,5 @@
 !> Functions of multipliers on a slave facet, and the faces of a master (doc/theory, "Mortar
-!! contact", eq. (7.15)).
+!! contact", eq. (7.14)).
 module mortar_functions
   use kinds, only: wp
   use vectors, only: cross
@@ -98,7 +98,7 @@ contains
   end subroutine hat_functions
 
   !> Dual functions at the points of a cover: those that are orthogonal to the hat functions of the
-  !! other nodes, psi = D M^-1 N (doc/theory, "Mortar contact", eq. (7.15)).
+  !! other nodes, psi = D M^-1 N (doc/theory, "Mortar contact", eq. (7.14)).
   pure subroutine dual_functions(hat, area, psi)
     real(wp), intent(in) :: hat(:, :) !! (3, points) hat functions
     real(wp), intent(in) :: area(:) !! (points) weights of the points [length^2]

@@ -1,5 +1,5 @@
 !> What multipliers remember from one state to the next, and what points show of them (doc/theory,
-!! "Mortar contact", eq. (7.16)).
+!! "Mortar contact", eq. (7.15)).
 module mortar_history
   use kinds, only: wp
   use element_types, only: status_off, status_open, status_stick, status_slip

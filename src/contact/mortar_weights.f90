@@ -1,5 +1,5 @@
 !> What the multipliers of a pair are weighed with: dual functions on the slave facets, rows of
-!! weighted gaps, frames (doc/theory, "Mortar contact", eqs. (7.14), (7.15)).
+!! weighted gaps, frames (doc/theory, "Mortar contact", eqs. (7.13), (7.14)).
 module mortar_weights
   use kinds, only: wp
   use contact_types, only: pair_t

@@ -1,5 +1,5 @@
 !> The cone of a multiplier: its projection, and the derivative of that (doc/theory, "Mortar
-!! contact", eq. (7.17)).
+!! contact", eq. (7.16)).
 module mortar_cone
   use kinds, only: wp
   use law_types, only: cone_state_t

@@ -1,5 +1,5 @@
 !> What is written of pairs with multipliers: forces at their points, so that these add up to the
-!! multipliers, and sums over slave nodes (doc/theory, "Mortar contact", eq. (7.14)).
+!! multipliers, and sums over slave nodes (doc/theory, "Mortar contact", eq. (7.13)).
 module mortar_rows
   use kinds, only: wp
   use element_types, only: status_open, status_stick, status_slip

@@ -7,13 +7,11 @@ module condensed_ground
   use condensed_motions, only: add_live_motion, push_live
   use contact_sums, only: take_shares, add_leading
   use supports, only: grounding
+  use ground_release, only: unresisted
   use system_types, only: system_t
   implicit none
   private
-  public :: hold_motions, stay_in_place, unresisted
-
-  !> Motions that contact resists by less than this share of the stiffest one are not resisted.
-  real(wp), parameter :: unresisted = 1.0e-9_wp
+  public :: hold_motions, stay_in_place
 
 contains
 

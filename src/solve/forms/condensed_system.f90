@@ -21,8 +21,8 @@ module condensed_system
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
-    find_defects, renew_defects, refresh_candidates, place_candidates, recover_interior, keep_forces, &
-    spread_forces
+    find_defects, renew_defects, refresh_candidates, place_candidates, recover_interior, &
+    keep_forces, spread_forces
 
 contains
 

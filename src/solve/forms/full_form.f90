@@ -11,6 +11,7 @@ module full_form
   use equation_values, only: spread_values, gather_values, spread_direction
   use right_side, only: gather_right, damping_shares
   use full_tangent, only: form_tangent
+  use ground_release, only: release_ground
   use contact_coupling, only: couple_full, couple_full_as_saved
   use system_types, only: form_t, system_t
   implicit none
@@ -109,6 +110,7 @@ contains
       outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
+    call release_ground(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine try_direction

@@ -1,5 +1,5 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
-!! without them, and how they yield (doc/theory, "Mortar contact", eqs. (7.18), (7.19)).
+!! without them, and how they yield (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
@@ -152,7 +152,7 @@ contains
       - system%touch%x_end(:, node))
   end function way_from
 
-  !> What a body adds to compliance and rigid motions: G = B C B_f^T, eq. (7.18).
+  !> What a body adds to compliance and rigid motions: G = B C B_f^T, eq. (7.17).
   subroutine add_body(condensed, body, unknowns)
     type(condensed_t), intent(in) :: condensed !! live candidates
     type(condensed_body_t), intent(in) :: body !! its compliance
@@ -284,7 +284,7 @@ contains
   end subroutine add_motions
 
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
-  !! multiplier carries no force along it, eq. (7.19).
+  !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
     type(mortar_system_t), intent(inout) :: unknowns !! loses what supports carry

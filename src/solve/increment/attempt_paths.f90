@@ -8,9 +8,10 @@ module attempt_paths
   use force_scales, only: force_scale
   use pseudo_time, only: let_free, pseudo_patience
   use newton, only: newton_t
-  use attempts, only: attempt_t, trail_t, start_chosen, start_same, start_other, &
+  use attempts, only: attempt_t, trail_t, start_chosen, start_same, start_other, path_penalties, &
     path_damping, multipliers_along, multipliers_rest_first
   use multiplier_updates, only: solve_from_start, rest_then_along, come_along
+  use soft_penalties, only: solve_from_soft
   use monitors, only: monitor_t
   use system_types, only: system_t, settings_t
   implicit none
@@ -40,7 +41,9 @@ contains
     if (attempt%start /= start_chosen) progress = newton_t()
     now = settings
     if (attempt%path == path_damping) call begin_drift(model, system, settings, now)
-    if (attempt%multipliers == multipliers_along) then
+    if (attempt%path == path_penalties) then
+      call solve_from_soft(model, system, time, settings, monitor, progress)
+    else if (attempt%multipliers == multipliers_along) then
       call come_along(model, system, time, now, monitor, progress)
     else if (attempt%multipliers == multipliers_rest_first) then
       call rest_then_along(model, system, time, now, monitor, progress, trail%rested)

@@ -6,14 +6,14 @@ module attempts
   implicit none
   private
   public :: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text
-  public :: start_chosen, start_same, start_other, path_damping, multipliers_updated, &
-    multipliers_along, multipliers_rest_first
+  public :: start_chosen, start_same, start_other, path_penalties, path_damping, &
+    multipliers_updated, multipliers_along, multipliers_rest_first
 
   !> Starts: of the predictor and where the bodies were, the one that leaves less; the same once
   !! more; the other of them; where the bodies were.
   integer, parameter :: start_chosen = 1, start_same = 2, start_other = 3, start_left = 4
-  !> Continuations: none, damping on floating bodies.
-  integer, parameter :: path_none = 1, path_damping = 2
+  !> Continuations: none, from soft penalties to those of the deck, damping on floating bodies.
+  integer, parameter :: path_none = 1, path_penalties = 2, path_damping = 3
   !> Multipliers (if there are any) are updated between solves, come along with Newton's iteration,
   !! or rest first and then come along.
   integer, parameter :: multipliers_updated = 1, multipliers_along = 2, multipliers_rest_first = 3
@@ -51,10 +51,11 @@ module attempts
 contains
 
   !> All ways in their order.
-  pure function plan_attempts(multipliers, stack, hopeless) result(plan)
+  pure function plan_attempts(multipliers, stack, hopeless, soft) result(plan)
     logical, intent(in) :: multipliers !! some pair has them
     logical, intent(in) :: stack !! floating bodies lean on each other: multipliers rest first
     logical, intent(in) :: hopeless !! the last increment has failed in all ways
+    logical, intent(in) :: soft !! softer penalties are a way
     type(attempt_t), allocatable :: plan(:)
 
     allocate (plan(0))
@@ -66,6 +67,8 @@ contains
       plan = [plan, attempt_t()]
     end if
     plan = [plan, attempt_t(start=start_other, after=[failures(:4), 0, 0], after_thrown=.true.)]
+    if (soft) plan = [plan, attempt_t(start=start_left, path=path_penalties, &
+      after=[failures(:2), 0, 0, 0, 0], told='from a state with softer penalties')]
     plan = [plan, attempt_t(start=start_left, path=path_damping, multipliers=merge( &
       multipliers_rest_first, multipliers_updated, multipliers), after=[failures(:4), 0, 0], &
       after_thrown=.true., wants_floating=.true., told='with damping on bodies that contact holds')]
@@ -127,7 +130,7 @@ contains
     character(:), allocatable :: t
     character(*), parameter :: starts(4) = [character(28) :: 'start chosen', 'same start', &
       'other start', 'bodies where they were'], &
-      paths(2) = [character(28) :: '', ', with damping'], &
+      paths(3) = [character(28) :: '', ', soft penalties first', ', with damping'], &
       moves(3) = [character(28) :: '', ', multipliers along', ', multipliers rest first']
     integer :: k
 

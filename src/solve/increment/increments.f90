@@ -15,6 +15,7 @@ module increments
   use attempt_paths, only: try_attempt
   use accepted_state, only: accept
   use stacks, only: is_stack
+  use soft_penalties, only: may_soften
   use lost_contact, only: has_thrown, has_turned
   use late_look, only: look_inside
   use mortar_increment, only: solve_mortar
@@ -87,7 +88,8 @@ contains
     real(wp) :: start(3, size(system%u, 2))
     integer :: k
 
-    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system), system%motion%hopeless)
+    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system), system%motion%hopeless, &
+      may_soften(model))
     start = system%u
     trail%other_start = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     trail%carried_left = any(abs(system%position%carried - start) > 0.0_wp)

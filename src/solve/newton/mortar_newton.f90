@@ -1,5 +1,5 @@
 !> Forces of the multipliers: Newton's method on the projection onto the cones (doc/theory, "Mortar
-!! contact", eqs. (7.17), (7.18)).
+!! contact", eqs. (7.16), (7.17)).
 module mortar_newton
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs
@@ -101,7 +101,7 @@ contains
     force = noise*epsilon(force)*force
   end function round_off
 
-  !> Gaps, projections and what is left at given forces, eq. (7.17).
+  !> Gaps, projections and what is left at given forces, eq. (7.16).
   subroutine look_at(unknowns, z, alpha, iterate)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: z(:) !! (3 n) forces [force]
@@ -156,7 +156,7 @@ contains
   end function mean_stiffness
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
-  !! rigid motions, eq. (7.18).
+  !! rigid motions, eq. (7.17).
   subroutine find_step(unknowns, now, hold, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
