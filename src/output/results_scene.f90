@@ -202,7 +202,8 @@ contains
 
     allocate (law, source=law_of(pair))
     call write_rows(file, group//'/law', reshape(law, [size(law), 1]), &
-      'points of a slave facet (0 nodes, -1 SEGMent), 1 SMOOth, 1 AUGMent, 1 exact and round, '// &
+      'points of a slave facet (0 nodes, -1 SEGMent, -2 MORTar), 1 SMOOth, 1 AUGMent, '// &
+      '1 exact and round, '// &
       'mu1, mu2, slip rule, lay (1 vector, 2 CIRCumferential, 3 RADial, 4 FIELd), vector or '// &
       'axis (3), point of the axis (3), ANGLe in degrees, 1 MATErial, tolerance of AUGMent, '// &
       'kind of penalty (1 value, 2 AREA, 3 AUTO factor, 4 AUTO), its value, penalty over area '// &
@@ -231,6 +232,7 @@ contains
     points = 0
     if (pair%points%n_slaves > 1) points = pair%facet_points
     if (pair%segmented) points = -1
+    if (pair%mortar) points = -2
     row = [real(points, wp), merge(1.0_wp, 0.0_wp, [pair%smooth, pair%augmented, &
       pair%surface%round]), pair%friction%mu, real(pair%friction%slip_rule, wp), &
       real(pair%friction%direction, wp), pair%friction%axis, pair%friction%point, &

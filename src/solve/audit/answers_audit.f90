@@ -87,6 +87,8 @@ contains
       answers%unknown = 'no contact'
     else if (.not. any([(any(model%pairs(k)%friction%mu > 0.0_wp), k=1, size(model%pairs))])) then
       answers%unknown = 'no friction'
+    else if (any(model%pairs%mortar)) then
+      answers%unknown = 'contact is by multipliers at nodes'
     else if (.not. any(takes_part)) then
       answers%unknown = 'nothing is near'
     else if (any([(takes_part(k) .and. any_acts(system%contact%d(d03_law:d03_area - 1, k)), &
