@@ -1,7 +1,7 @@
 """Scenes with known answers for mfec-post adapt, drawn from seeds.
 
 Each kind writes a deck (and a geometry) into a folder and says goal, wish, order, and where the true
-value comes from: a closed form, or None: then tests/adapt/run asks a finer adaptation.
+value comes from: a closed form, or None: then tests/adapt/campaign asks a finer adaptation.
 """
 import math
 import os
