@@ -10,6 +10,8 @@ import os
 import re
 import sys
 
+from renewed import is_old
+
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 FOLDER = os.path.join(TOP, 'doc', 'verification')
 MOST_ROWS = 16
@@ -301,16 +303,8 @@ def old_pages(fix=False):
     pages = {slug(case) + '.md': page(case, mine, causes.get(case, ()))
              for case, mine in rows.items() if case in TEXTS}
     for name, text in pages.items():
-        path = os.path.join(FOLDER, name)
-        old = ''
-        if os.path.exists(path):
-            with open(path, encoding='utf-8') as stream:
-                old = stream.read()
-        if old != text:
+        if is_old(os.path.join(FOLDER, name), text, fix):
             wrong.append(name)
-            if fix:
-                with open(path, 'w', encoding='utf-8') as stream:
-                    stream.write(text)
     if fix:
         for case, mine in rows.items():
             plot(case, mine, os.path.join(FOLDER, slug(case) + '.svg'))

@@ -13,6 +13,8 @@ import re
 import subprocess
 import sys
 
+from renewed import is_old
+
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MOST_LINES = 14  # of an example
 FOLDER = os.path.join(TOP, 'doc', 'keywords')
@@ -261,16 +263,8 @@ def old_pages(program, fix=False):
     there = {os.path.relpath(p, os.path.join(TOP, 'doc')) for p in glob.glob(os.path.join(FOLDER, '*.md'))}
     os.makedirs(FOLDER, exist_ok=True)
     for name, text in pages.items():
-        path = os.path.join(TOP, 'doc', name)
-        old = ''
-        if os.path.exists(path):
-            with open(path, encoding='utf-8') as stream:
-                old = stream.read()
-        if old != text:
+        if is_old(os.path.join(TOP, 'doc', name), text, fix):
             wrong.append(name)
-            if fix:
-                with open(path, 'w', encoding='utf-8') as stream:
-                    stream.write(text)
     for name in sorted(there - set(pages)):
         wrong.append(name)
         if fix:

@@ -84,17 +84,17 @@ def read_bodies(path: str) -> Bodies:
         width = np.diff(offsets)
         count = 10 if (width == 10).all() else 4
         run = results.file['run']
-        if 'materials' not in run:
+        if 'scene' not in results.file:
             raise KeyError(f'{results.path} does not tell its materials: run the deck anew')
         parts = {name: place[data[:]] for name, data in run['surfaces'].items()}
-        rows = run['materials'][:].reshape(-1, 5)
+        rows = results.file['scene/materials'][:].reshape(-1, 6)  # number, law, volumetric part, E, nu, rigid
         return Bodies(
             results.points, nodes[offsets[:-1, None] + np.arange(count)],
             results.vtk['CellData/material'][:], results.vtk['CellData/region'][:],
             text_of(run['regions'][0]).split(),
             {name: place[data[:]] for name, data in run['sets'].items()},
             {name: facets for name, facets in parts.items() if (facets >= 0).all()},
-            {int(row[0]): Material(int(row[0]), row[1], row[2], row[3] > 0.0, row[4] > 0.0)
+            {int(row[0]): Material(int(row[0]), row[3], row[4], row[1] > 1.0, row[5] > 0.0)
              for row in rows})
 
 

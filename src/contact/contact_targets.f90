@@ -1,4 +1,4 @@
-!> Hosts: which facet carries the apex of each contact point (doc/theory, "Target facet").
+!> Target facets: which facet carries the apex of each contact point (doc/theory, "Target facet").
 !!
 !! A target is frozen while a system is solved. It changes between solves, by walking from facet to
 !! facet across edges until the apex lies inside; the start apex is unfolded at each edge.

@@ -25,7 +25,6 @@ module results_file
     begin_study_part, append_variant
   use results_scene, only: write_scene
   use results_points, only: create_contact_part, append_contact
-  use results_parts, only: write_parts
   use results_audit, only: create_audit_part, append_audit
   use results_state, only: create_state_part, write_state, complete_state
   implicit none
@@ -261,7 +260,7 @@ contains
     call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
     if (allocated(error)) return
     call write_sets(file, model, error)
-    if (.not. allocated(error)) call write_parts(file, model, error)
+    if (.not. allocated(error)) call write_surfaces(file, model, error)
   end subroutine write_run
 
   !> Writes /run/sets: the nodes of each set, so that postprocessing can use the deck's names.
@@ -290,6 +289,26 @@ contains
     if (allocated(error)) return
     call write_block(file, path, nodes, at_end, error)
   end subroutine write_set
+
+  !> Writes /run/surfaces: the facets of each surface of the deck, for what makes meshes anew.
+  subroutine write_surfaces(file, model, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(model_t), intent(in) :: model !! the problem
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer :: i
+
+    call make_group(file, '/run/surfaces', error)
+    do i = 1, size(model%mesh%surfaces)
+      if (allocated(error)) return
+      associate (name => '/run/surfaces/'//model%mesh%surfaces(i)%name, &
+        facets => model%mesh%surfaces(i)%facets)
+        if (size(facets, 2) == 0) cycle
+        call make_series(file, name, stored_integer, [3], size(facets, 2), '1', &
+          'corner nodes of the facets, counter-clockwise seen from outside', error)
+        if (.not. allocated(error)) call write_block(file, name, facets, at_end, error)
+      end associate
+    end do
+  end subroutine write_surfaces
 
   !> Writes a text as a data set of one string.
   subroutine write_text(file, path, value, description, error)

@@ -97,8 +97,8 @@ contains
     end associate
   end subroutine run_tangent
 
-  !> Hosts and first touches follow an iterate in balance. Where that changes them, it has converged
-  !! all the same if nothing is left of the residual then.
+  !> Target facets and first touches follow an iterate in balance. Where that changes them, it has
+  !! converged all the same if nothing is left of the residual then.
   subroutine settle_targets(run, context)
     type(run_state_t), intent(inout) :: run !! the pending increment; gets converged
     type(context_t), target, intent(inout) :: context !! what the run works on

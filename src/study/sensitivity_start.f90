@@ -59,7 +59,7 @@ contains
     call remember_points(model, system, s)
   end subroutine begin_sensitivities
 
-  !> Hosts, apexes and status of the last state.
+  !> Target facets, apexes and status of the last state.
   subroutine remember_points(model, system, s)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! where each pair begins

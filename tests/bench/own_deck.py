@@ -61,5 +61,5 @@ def pair(contact):
         method = f'GTOS {contact.slave} {contact.master} SEGMent'
     elif contact.own_method[:4] == 'GTOS':
         method = f'GTOS {contact.slave} {contact.master}{contact.own_method[4:]}'
-    return (f'CONTact\n  PAIR 1 pair\n    {method}\n    PENAlty AREA {contact.penalty!r}\n'
-            f'{friction}\n')
+    penalty = '' if contact.own_method == 'MORTar' else f'    PENAlty AREA {contact.penalty!r}\n'
+    return f'CONTact\n  PAIR 1 pair\n    {method}\n{penalty}{friction}\n'

@@ -37,6 +37,9 @@ SEGMENT_LIMIT = (
     'and tangent, and its share of cutting the cells before and after each increment. What both '
     'share (mesh, factors of the bodies, recovery of the interior) is the smaller part. No cost stands '
     'out any more.')
+MORTAR_LIMIT = (
+    'MORTar weighs its nodes and forms their compliance anew three to seven times an increment, as '
+    'long as the weights move; GTOS finds its contact points within the iteration.')
 BEST_LIMIT = (
     'The factors of the two bodies are bound by the speed of products, and CalculiX, whose '
     'iterations wait for the memory, loses less on a processor that multiplies slowly: on one that '
@@ -51,7 +54,7 @@ MANY_LIMIT = (
 
 
 EIGHT_LIMIT = (
-    'Eight derivatives: a run without them keeps its contact factor in single precision, shrinks the '
+    'Eight derivatives: a run without them shrinks the '
     'factors of the bodies and recovers interior displacements at the last of 22 end times; with derivatives '
     'these are found at each, from whole factors, and the contact factor has to answer to more '
     'digits. Of what they add themselves about half are products of blocks of six directions with the '
@@ -107,6 +110,7 @@ ROWS = (
     Row('SEGMent against CalculiX surface to surface', 12, 1/15, method='SEGMent', **SURFACE),
     Row('SEGMent against NTOS', 12, 2.5, method='SEGMent', shares=6, why=SEGMENT_LIMIT),
     Row('GTOS against NTOS', 12, 1.8, method='GTOS'),
+    Row('MORTar against GTOS', 12, 2.0, method='MORTar', other_method='GTOS', why=MORTAR_LIMIT),
     Row('force control against displacement control', 12, 2.5, scene='cube_force'),
     Row('27 cubes, AUTO against UMFPACK', 4, 1.2, **UMFPACK),
     Row('27 cubes, AUTO against UMFPACK', 8, 0.2, **UMFPACK),

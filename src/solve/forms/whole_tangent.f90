@@ -10,7 +10,7 @@ module whole_tangent
   use contact_sums, only: take_held
   implicit none
   private
-  public :: is_better_whole, stiffest_contact, form_whole, make_small, combine, take_columns
+  public :: is_better_whole, form_whole, make_small, combine, take_columns
 
   !> Rows that a closed point gives, mostly.
   integer, parameter :: rows_of_point = 3

@@ -230,8 +230,8 @@ contains
     call move_targets(model, system, settings%extrapolation, changes)
   end subroutine start_rubbing
 
-  !> Hosts and residual at the present u. A solve that follows needs not form them again, unless
-  !! multipliers or damping are still to come.
+  !> Target facets and residual at the present u. A solve that follows needs not form them again,
+  !! unless multipliers or damping are still to come.
   subroutine start_here(model, system, norm)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; residual formed

@@ -9,7 +9,7 @@ module mortar_touch
   use element_types, only: status_open
   use costs, only: count_cost, cost_touch
   use first_touch, only: find_free_way
-  use touch_path, only: way_before, never
+  use touch_path, only: way_before, closing_time
   use system_types, only: system_t
   implicit none
   private
@@ -57,18 +57,9 @@ contains
     type(mortar_t), intent(in) :: nodes !! weighed multipliers
     integer, intent(in) :: i !! one of them
     type(system_t), intent(in) :: system !! positions
-    real(wp) :: gap, gap_free, none
 
-    gap = gap_at(nodes, i, system%position%x_old)
-    gap_free = gap_at(nodes, i, system%touch%x_free)
-    none = touching*sqrt(nodes%weight(i))
-    if (gap <= none) then
-      time = 0.0_wp
-    else if (gap_free >= gap - none) then
-      time = never
-    else
-      time = gap/(gap - gap_free)
-    end if
+    time = closing_time(gap_at(nodes, i, system%position%x_old), gap_at(nodes, i, &
+      system%touch%x_free), touching*sqrt(nodes%weight(i)))
   end function touch_time
 
   !> Weighted gap of a multiplier with the nodes at x.

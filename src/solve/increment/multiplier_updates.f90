@@ -92,7 +92,7 @@ contains
     end do
   end subroutine solve_from_start
 
-  !> Hosts chosen far from the solution may be left again for those that points come from: if any
+  !> Targets chosen far from the solution may be left again for those that points come from: if any
   !! is, the increment is solved on.
   subroutine follow_freely(model, system, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points

@@ -257,7 +257,7 @@ contains
   end subroutine use_own_penalty
 
   !> Raises the penalty where the last update has left too much of the change before, or is the
-  !! first. Hosts chosen with a soft penalty may be left again for those they come from.
+  !! first. Targets chosen with a soft penalty may be left again for those they come from.
   subroutine raise_penalty(change, before, pair, monitor)
     real(wp), intent(in) :: change !! largest change of a force [force]
     real(wp), intent(in) :: before !! the same one update ago, 0 if there is none [force]

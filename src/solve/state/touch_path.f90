@@ -14,7 +14,7 @@ module touch_path
   implicit none
   private
   public :: touch_t, touch_none, touch_waits, touch_known
-  public :: touch_time, way_before, first_target, meet, free_way, never
+  public :: touch_time, way_before, closing_time, first_target, meet, free_way, never
 
   !> Friction acts everywhere; it waits at points that were open; they have met the surface.
   integer, parameter :: touch_none = 0
@@ -101,6 +101,16 @@ contains
     none = round_off(corners(x_old, pair%surface%facets(:, point%target)), x_old(:, &
       pair%points%point_nodes(1, p)))
     call meet(pair, touch, free_way, x_old, p, 1.0_wp, point, gap_free)
+    time = closing_time(gap, gap_free, none)
+  end function touch_time
+
+  !> When a gap closes that goes evenly from what it was to what it would be, as a share of the
+  !! increment: 0 if it was closed, never if it hardly shrinks.
+  pure real(wp) function closing_time(gap, gap_free, none) result(time)
+    real(wp), intent(in) :: gap !! at the start of the increment [length]
+    real(wp), intent(in) :: gap_free !! at its end [length]
+    real(wp), intent(in) :: none !! gaps up to this are none [length]
+
     if (gap <= none) then
       time = 0.0_wp
     else if (gap_free >= gap - none) then
@@ -108,7 +118,7 @@ contains
     else
       time = gap/(gap - gap_free)
     end if
-  end function touch_time
+  end function closing_time
 
   !> The part of its path that counts as a point's way before it touches, as a share of the
   !! increment: to where its free way meets the surface; where contact spreads, to where the front

@@ -1,6 +1,6 @@
 !> Bodies that their supports and the normals of contact hold: those that may do without the
-!! friction of new points for one pass (doc/theory, "Contact initiation"). Hosts tell before it what
-!! might hold them, closed points after it what does.
+!! friction of new points for one pass (doc/theory, "Contact initiation"). Targets tell before it
+!! what might hold them, closed points after it what does.
 module touch_bodies
   use kinds, only: wp
   use vectors, only: cross
