@@ -16,7 +16,7 @@ module answer_places
   type :: place_t
     integer :: element = 0 !! place in the list of contact elements
     integer :: pair = 0, point = 0 !! the pair, and which of its points
-    real(wp) :: yields = 0.0_wp !! of its penalty [length/force]
+    real(wp) :: compliance = 0.0_wp !! of its penalty [length/force]
     real(wp) :: mu(2) = 0.0_wp !! coefficients
     logical :: closed = .false. !! and carries more than round-off
     integer :: rule = 0 !! slip rule m
@@ -47,8 +47,8 @@ contains
         places(n)%point = e - system%place%first_point(k) + 1
         places(n)%mu = model%pairs(k)%friction%mu
         places(n)%rule = model%pairs(k)%friction%slip_rule
-        places(n)%yields = 1.0_wp/model%pairs(k)%points%epsilon(places(n)%point)
-        if (model%pairs(k)%augmented) places(n)%yields = places(n)%yields &
+        places(n)%compliance = 1.0_wp/model%pairs(k)%points%epsilon(places(n)%point)
+        if (model%pairs(k)%augmented) places(n)%compliance = places(n)%compliance &
           /model%pairs(k)%history%raise
       end do
     end do
@@ -116,7 +116,7 @@ contains
     w = matmul(transpose(to%frame), matmul(w, from%frame))
     if (to%element /= from%element) return
     do i = 1, 3
-      w(i, i) = w(i, i) + to%yields
+      w(i, i) = w(i, i) + to%compliance
     end do
   end function coupling_of
 

@@ -1,5 +1,5 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
-!! without them, and how they yield (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
+!! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
@@ -28,7 +28,8 @@ module mortar_system
     integer, allocatable :: start(:) !! (pairs+1) those of the pairs before
     type(mortar_rows_t) :: rows !! their rows
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap without contact forces [length]
-    real(wp), allocatable :: yield(:, :) !! (3 n, 3 n) G, what they are by a force [length/force]
+    real(wp), allocatable :: compliance(:, :) !! (3 n, 3 n) G, what they are by a force
+    !! [length/force]
     real(wp), allocatable :: motion(:, :) !! (3 n, modes) by rigid motions of the bodies
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
@@ -48,7 +49,7 @@ contains
     call find_gaps(model, system, unknowns)
     call gather_compliance(system%condensed)
     call complete_compliance(system%condensed)
-    allocate (unknowns%yield(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
+    allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
     associate (modes => system%condensed%rigid%modes)
       allocate (unknowns%motion(3*unknowns%n, modes), unknowns%push(3*unknowns%n, modes), &
         source=0.0_wp)
@@ -156,7 +157,7 @@ contains
   subroutine add_body(condensed, body, unknowns)
     type(condensed_t), intent(in) :: condensed !! live candidates
     type(condensed_body_t), intent(in) :: body !! its compliance
-    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets yield, motion, push
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets compliance, motion, push
     real(wp) :: moved(body%n_live, 3), now(3, 3), before(3, 3)
     integer :: own(3, size(unknowns%rows%column)), i, l, e, k
     logical :: touches(unknowns%n)
@@ -181,7 +182,7 @@ contains
         do i = 1, unknowns%n
           if (.not. touches(i)) cycle
           call weigh_ways(own, unknowns%rows, i, moved, now, before)
-          call add_block(unknowns%rows, i, l, now, before, unknowns%yield)
+          call add_block(unknowns%rows, i, l, now, before, unknowns%compliance)
         end do
         if (body%motions%n > 0) call add_motions(body, own, l, unknowns)
       end do
@@ -239,18 +240,18 @@ contains
   end subroutine weigh_ways
 
   !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
-  pure subroutine add_block(rows, i, l, now, before, yield)
+  pure subroutine add_block(rows, i, l, now, before, compliance)
     type(mortar_rows_t), intent(in) :: rows !! frames
     integer, intent(in) :: i !! the one that moves
     integer, intent(in) :: l !! the one whose force acts
     real(wp), intent(in) :: now(3, 3) !! (direction, force) by present weights [length/force]
     real(wp), intent(in) :: before(3, 3) !! by those for slip [length/force]
-    real(wp), intent(inout) :: yield(:, :) !! (3 n, 3 n) gets them
+    real(wp), intent(inout) :: compliance(:, :) !! (3 n, 3 n) gets them
     real(wp) :: block(3, 3)
 
     block(1:2, :) = matmul(transpose(rows%frame(:, 1:2, i)), before)
     block(3, :) = matmul(rows%frame(:, 3, i), now)
-    associate (mine => yield(3*i - 2:3*i, 3*l - 2:3*l))
+    associate (mine => compliance(3*i - 2:3*i, 3*l - 2:3*l))
       mine = mine + matmul(block, rows%frame(:, :, l))
     end associate
   end subroutine add_block
@@ -298,21 +299,23 @@ contains
         stiff = 0.0_wp
         do k = 1, 3
           q(k, k) = 1.0_wp
-          stiff = max(stiff, unknowns%yield(r + k - 1, r + k - 1))
+          stiff = max(stiff, unknowns%compliance(r + k - 1, r + k - 1))
         end do
         do k = 1, 3
           if (free(k)) cycle
           d = unknowns%rows%frame(k, :, i)
           q = q - spread(d, 2, 3)*spread(d, 1, 3)
         end do
-        unknowns%yield(r:r + 2, :) = matmul(q, unknowns%yield(r:r + 2, :))
-        unknowns%yield(:, r:r + 2) = matmul(unknowns%yield(:, r:r + 2), q)
+        unknowns%compliance(r:r + 2, :) = matmul(q, unknowns%compliance(r:r + 2, :))
+        unknowns%compliance(:, r:r + 2) = matmul(unknowns%compliance(:, r:r + 2), q)
         unknowns%gap(r:r + 2) = matmul(q, unknowns%gap(r:r + 2))
         unknowns%motion(r:r + 2, :) = matmul(q, unknowns%motion(r:r + 2, :))
         unknowns%push(r:r + 2, :) = matmul(q, unknowns%push(r:r + 2, :))
         do k = 1, 3
-          unknowns%yield(r:r + 2, r + k - 1) = unknowns%yield(r:r + 2, r + k - 1) - stiff*q(:, k)
-          unknowns%yield(r + k - 1, r + k - 1) = unknowns%yield(r + k - 1, r + k - 1) + stiff
+          associate (own => unknowns%compliance(r:r + 2, r + k - 1))
+            own = own - stiff*q(:, k)
+            own(k) = own(k) + stiff
+          end associate
         end do
       end associate
     end do
@@ -321,7 +324,7 @@ contains
   !> Laws of the multipliers; scales are their own compliances, one for both tangents.
   pure subroutine take_cones(model, unknowns)
     type(model_t), intent(in) :: model !! pairs
-    type(mortar_system_t), intent(inout) :: unknowns !! yield given; gets cone
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance given; gets cone
     integer :: k, m, i
 
     allocate (unknowns%cone(unknowns%n))
@@ -329,14 +332,14 @@ contains
       associate (pair => model%pairs(k))
         do m = 1, pair%nodes%n
           i = unknowns%start(k) + m
-          associate (cone => unknowns%cone(i), yield => unknowns%yield)
+          associate (cone => unknowns%cone(i), compliance => unknowns%compliance)
             if (.not. pair%nodes%waits(m)) cone%mu = pair%friction%mu
             cone%law = pair%law
             cone%rule = pair%friction%slip_rule
             cone%area = pair%nodes%weight(m)
             cone%path = pair%nodes%path(m)
-            cone%scale = [2.0_wp/(yield(3*i - 2, 3*i - 2) + yield(3*i - 1, 3*i - 1)), &
-              1.0_wp/yield(3*i, 3*i)]
+            cone%scale = [2.0_wp/(compliance(3*i - 2, 3*i - 2) + compliance(3*i - 1, 3*i - 1)), &
+              1.0_wp/compliance(3*i, 3*i)]
           end associate
         end do
       end associate

@@ -115,7 +115,7 @@ contains
         iterate%criterion(n))
       iterate%z = z
       iterate%alpha = alpha
-      iterate%gap = unknowns%gap + matmul(unknowns%yield, z)
+      iterate%gap = unknowns%gap + matmul(unknowns%compliance, z)
       if (size(alpha) > 0) iterate%gap = iterate%gap + matmul(unknowns%motion, alpha)
       iterate%balance = matmul(z, unknowns%push) + unknowns%load
       do i = 1, n
@@ -178,11 +178,11 @@ contains
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
     allocate (matrix(n + m, n + m), right(n + m, 1), pivot(n + m))
-    associate (gone => matmul(unknowns%yield(kept, :), change(:3*unknowns%n)))
+    associate (gone => matmul(unknowns%compliance(kept, :), change(:3*unknowns%n)))
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)*spread(unknowns%cone(i)%scale([1, 1, 2]), 1, 3)
-        matrix(k:k + 2, :n) = matmul(slope, unknowns%yield(kept(k:k + 2), kept))
+        matrix(k:k + 2, :n) = matmul(slope, unknowns%compliance(kept(k:k + 2), kept))
         matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - now%slope(:, :, i)
         matrix(k, k) = matrix(k, k) + 1.0_wp
         matrix(k + 1, k + 1) = matrix(k + 1, k + 1) + 1.0_wp

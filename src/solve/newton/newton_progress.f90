@@ -160,7 +160,7 @@ contains
   end function meets_energy
 
   !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
-  !! dragged, or the form would rather have a new one.
+  !! damped, or the form would rather have a new one.
   pure logical function may_go_on(system, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
     type(newton_t), intent(in) :: progress !! the last iteration

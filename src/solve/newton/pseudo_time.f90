@@ -158,14 +158,14 @@ contains
     if (associated(system%form%forget_damping)) call system%form%forget_damping(system)
   end subroutine let_free
 
-  !> The farthest way of a node of a dragged body since the step began.
+  !> The farthest way of a node of a floating body since the step began.
   pure real(wp) function way_of(system) result(way)
     type(system_t), intent(in) :: system !! u, pseudo_step
 
     way = farthest(system, system%u - system%body%pseudo_step%u)
   end function way_of
 
-  !> The largest component of a displacement of dragged bodies.
+  !> The largest component of a displacement of floating bodies.
   pure real(wp) function farthest(system, move) result(most)
     type(system_t), intent(in) :: system !! bodies
     real(wp), intent(in) :: move(:, :) !! (3, nodes) [length]
