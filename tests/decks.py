@@ -66,7 +66,12 @@ def is_sanitised(program):
 
 def fresh_folder():
     """A temporary folder that removes itself."""
-    return tempfile.TemporaryDirectory(prefix='mfec-')
+    return tempfile.TemporaryDirectory(prefix='mfec-', ignore_cleanup_errors=True)
+
+
+def processors():
+    """How many processors this process may use, as nproc counts them: a container is seldom given all."""
+    return len(os.sched_getaffinity(0))
 
 
 def replace_part(path, name, text):

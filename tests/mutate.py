@@ -197,7 +197,7 @@ def main():
     options.add_argument('--seed', type=int, default=1, help='of the random numbers')
     options.add_argument('--first', type=int, default=0, help='number of the first')
     options.add_argument('--only', type=int, help='run this deck and print it')
-    options.add_argument('--jobs', type=int, default=os.cpu_count() or 1, help='at a time')
+    options.add_argument('--jobs', type=int, default=decks.processors(), help='at a time')
     options.add_argument('--keep', default='build/mutate', help='where failing decks are kept')
     given = options.parse_args()
     bases = sorted(p for pattern in ('inputs/*.inp', 'tests/bad_decks/*.inp',
