@@ -12,7 +12,7 @@ module costs
     cost_residual, cost_symbolic, cost_unsymmetric_factor, cost_symmetric_factor, cost_solve, &
     cost_output, cost_fields, cost_dense_factor, cost_compliance, cost_interior, cost_audit, &
     cost_touch, cost_krylov, cost_bulk_krylov, cost_modified_newton, cost_cells, cost_multigrid, &
-    cost_flush, cost_longest
+    cost_flush, cost_rounds, cost_weighed, cost_node_compliance, cost_longest
 
   !> Kinds of work.
   integer, parameter :: cost_reading = 1
@@ -38,8 +38,11 @@ module costs
   integer, parameter :: cost_cells = 21
   integer, parameter :: cost_multigrid = 22
   integer, parameter :: cost_flush = 23
-  integer, parameter :: cost_longest = 24
-  integer, parameter :: n_costs = 24
+  integer, parameter :: cost_rounds = 24
+  integer, parameter :: cost_weighed = 25
+  integer, parameter :: cost_node_compliance = 26
+  integer, parameter :: cost_longest = 27
+  integer, parameter :: n_costs = 27
 
   !> Names of the rows, in the order of the constants.
   character(28), parameter :: cost_names(n_costs) = [character(28) :: 'reading and meshing', &
@@ -48,7 +51,8 @@ module costs
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
     'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
     'the same, for the bulk', 'steps with the same factor', 'facets cut to cells', &
-    'set-ups of multigrid', 'flushes of results', 'most iterations of a solve']
+    'set-ups of multigrid', 'flushes of results', 'rounds of multipliers', 'multipliers weighed', &
+    'compliances of multipliers', 'most iterations of a solve']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t

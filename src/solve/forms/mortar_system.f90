@@ -1,5 +1,6 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
 !! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
+!! In more than 400 lines, since all of it speaks of one system and its rows.
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
@@ -10,7 +11,8 @@ module mortar_system
   use system_types, only: system_t
   implicit none
   private
-  public :: mortar_system_t, build_mortar, spread_multipliers, local_forces
+  public :: mortar_system_t, build_mortar, take_rows, anchor_mortar, spread_multipliers, &
+    local_forces
 
   !> The rows of all pairs, one after the other.
   type :: mortar_rows_t
@@ -43,36 +45,56 @@ contains
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(inout) :: system !! loaded displacements, prescribed u; compliances
     type(mortar_system_t), intent(out) :: unknowns !! the system
-    integer :: b
+    real(wp) :: x(3, size(system%u, 2))
+    integer :: b, c
 
-    call join_rows(model, unknowns)
-    call find_gaps(model, system, unknowns)
+    call take_rows(model, unknowns)
+    x = model%mesh%x + system%u
+    associate (condensed => system%condensed)
+      do c = 1, condensed%n
+        x(condensed%direction(c), condensed%node(c)) = model%mesh%x(condensed%direction(c), &
+          condensed%node(c)) + condensed%outer%loaded(c)
+      end do
+    end associate
+    call find_gaps(model, system, x, unknowns)
     call gather_compliance(system%condensed)
     call complete_compliance(system%condensed)
     allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
-    associate (modes => system%condensed%rigid%modes)
-      allocate (unknowns%motion(3*unknowns%n, modes), unknowns%push(3*unknowns%n, modes), &
-        source=0.0_wp)
-      allocate (unknowns%load(modes), source=0.0_wp)
-      if (modes > 0) unknowns%load = matmul(system%condensed%outer%pushes, &
-        system%condensed%outer%factors)
-    end associate
     do b = 1, size(system%condensed%bodies)
       if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
         system%condensed%bodies(b), unknowns)
     end do
+    call find_motions(system%condensed, unknowns)
     call drop_supported(system%equation, unknowns)
+    call drop_compliance(system%equation, unknowns)
     call take_cones(model, unknowns)
   end subroutine build_mortar
 
+  !> The same system with other rows: its gaps are the true ones at the forces and motions so far,
+  !! and change with them by the compliance that is at hand.
+  subroutine anchor_mortar(model, system, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their multipliers, the same as before
+    type(system_t), intent(in) :: system !! where forces and motions so far have put the bodies
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap, motion, push, cones
+
+    call find_gaps(model, system, system%position%x_now, unknowns)
+    call find_motions(system%condensed, unknowns)
+    unknowns%gap = unknowns%gap - matmul(unknowns%compliance, local_forces(model, unknowns))
+    associate (alpha => system%condensed%rigid%alpha)
+      if (size(alpha) > 0) unknowns%gap = unknowns%gap - matmul(unknowns%motion, alpha)
+    end associate
+    call drop_supported(system%equation, unknowns)
+    call take_cones(model, unknowns)
+  end subroutine anchor_mortar
+
   !> The rows of the pairs, one after the other.
-  pure subroutine join_rows(model, unknowns)
+  pure subroutine take_rows(model, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(mortar_system_t), intent(inout) :: unknowns !! gets start, rows
     integer :: k, n, entries
 
-    allocate (unknowns%start(size(model%pairs) + 1))
-    unknowns%start(1) = 0
+    unknowns%rows = mortar_rows_t()
+    unknowns%start = spread(0, 1, size(model%pairs) + 1)
     entries = 0
     do k = 1, size(model%pairs)
       unknowns%start(k + 1) = unknowns%start(k) + model%pairs(k)%nodes%n
@@ -97,26 +119,19 @@ contains
         end associate
       end do
     end associate
-  end subroutine join_rows
+  end subroutine take_rows
 
-  !> Slip and gap of all multipliers under the loads alone. Rows add up to zero, so that places may
-  !! be seen from the slave node: that saves digits.
-  pure subroutine find_gaps(model, system, unknowns)
+  !> Slip and gap of all multipliers with the nodes at x. Rows add up to zero, so that places may be
+  !! seen from the slave node: that saves digits.
+  pure subroutine find_gaps(model, system, x, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(in) :: system !! loaded displacements, prescribed u
+    type(system_t), intent(in) :: system !! where slip counts from
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap
-    real(wp) :: x(3, size(system%u, 2)), from(3, size(system%u, 2)), slip(3), gap(3)
-    integer :: c, i, k, m, e
+    real(wp) :: slip(3), gap(3)
+    integer :: i, k, m, e
 
-    x = model%mesh%x + system%u
-    associate (condensed => system%condensed)
-      do c = 1, condensed%n
-        x(condensed%direction(c), condensed%node(c)) = model%mesh%x(condensed%direction(c), &
-          condensed%node(c)) + condensed%outer%loaded(c)
-      end do
-    end associate
-    allocate (unknowns%gap(3*unknowns%n))
-    from = 0.0_wp
+    unknowns%gap = spread(0.0_wp, 1, 3*unknowns%n)
     do k = 1, size(model%pairs)
       do m = 1, model%pairs(k)%nodes%n
         i = unknowns%start(k) + m
@@ -153,42 +168,50 @@ contains
       - system%touch%x_end(:, node))
   end function way_from
 
-  !> What a body adds to compliance and rigid motions: G = B C B_f^T, eq. (7.17).
+  !> What a body adds to the compliance: G = B C B_f^T, eq. (7.17).
   subroutine add_body(condensed, body, unknowns)
     type(condensed_t), intent(in) :: condensed !! live candidates
     type(condensed_body_t), intent(in) :: body !! its compliance
-    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets compliance, motion, push
-    real(wp) :: moved(body%n_live, 3), now(3, 3), before(3, 3)
-    integer :: own(3, size(unknowns%rows%column)), i, l, e, k
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets compliance
+    real(wp) :: moved(3, body%n_live)
+    integer :: own(3, size(unknowns%rows%column)), i, l
     logical :: touches(unknowns%n)
 
     associate (rows => unknowns%rows)
-      do e = 1, size(rows%column)
-        do k = 1, 3
-          own(k, e) = 0
-          if (condensed%place(k, rows%column(e)) == 0) cycle
-          i = condensed%alive%live_place(condensed%place(k, rows%column(e))) - body%first_live
-          if (i >= 1 .and. i <= body%n_live) own(k, e) = i
-        end do
-      end do
+      own = own_candidates(condensed, body, rows%column)
       do i = 1, unknowns%n
         touches(i) = any(own(:, rows%first(i):rows%first(i + 1) - 1) > 0)
       end do
       !$omp parallel do schedule(dynamic, 8) default(none) shared(unknowns, body, own, touches) &
-      !$omp& private(l, i, moved, now, before)
+      !$omp& private(l, i, moved)
       do l = 1, unknowns%n
         if (.not. touches(l)) cycle
         call yield_to(body, own, unknowns%rows, l, moved)
         do i = 1, unknowns%n
-          if (.not. touches(i)) cycle
-          call weigh_ways(own, unknowns%rows, i, moved, now, before)
-          call add_block(unknowns%rows, i, l, now, before, unknowns%compliance)
+          if (touches(i)) call add_block(own, unknowns%rows, i, l, moved, &
+            unknowns%compliance(3*i - 2:3*i, 3*l - 2:3*l))
         end do
-        if (body%motions%n > 0) call add_motions(body, own, l, unknowns)
       end do
       !$omp end parallel do
     end associate
   end subroutine add_body
+
+  !> Live candidates of a body at nodes, 0 for none.
+  pure function own_candidates(condensed, body, node) result(own)
+    type(condensed_t), intent(in) :: condensed !! live candidates
+    type(condensed_body_t), intent(in) :: body !! one of its bodies
+    integer, intent(in) :: node(:) !! (entries) nodes
+    integer :: own(3, size(node)), e, k, i
+
+    own = 0
+    do e = 1, size(node)
+      do k = 1, 3
+        if (condensed%place(k, node(e)) == 0) cycle
+        i = condensed%alive%live_place(condensed%place(k, node(e))) - body%first_live
+        if (i >= 1 .and. i <= body%n_live) own(k, e) = i
+      end do
+    end do
+  end function own_candidates
 
   !> What a body does where it is live under forces 1 along x, y and z of one multiplier.
   subroutine yield_to(body, own, rows, l, moved)
@@ -196,36 +219,37 @@ contains
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
     integer, intent(in) :: l !! the multiplier
-    real(wp), intent(out) :: moved(:, :) !! (n_live, 3) [length/force]
-    real(wp) :: force(size(moved, 1))
+    real(wp), intent(out) :: moved(:, :) !! (force, n_live) [length/force]
+    real(wp) :: force(size(moved, 2)), way(size(moved, 2))
     integer :: e, k
 
     do k = 1, 3
+      way = 0.0_wp
       if (body%tree%used) then
         force = 0.0_wp
         do e = rows%first(l), rows%first(l + 1) - 1
           if (own(k, e) > 0) force(own(k, e)) = rows%now(e)
         end do
-        moved(:, k) = 0.0_wp
-        if (any(abs(force) > 0.0_wp)) call apply_tree(body, body%gathered, force, moved(:, k))
-        cycle
+        if (any(abs(force) > 0.0_wp)) call apply_tree(body, body%gathered, force, way)
+      else
+        do e = rows%first(l), rows%first(l + 1) - 1
+          if (own(k, e) > 0) way = way + rows%now(e) &
+            *body%live(body%skipped + 1:body%skipped + size(way), own(k, e))
+        end do
       end if
-      moved(:, k) = 0.0_wp
-      do e = rows%first(l), rows%first(l + 1) - 1
-        if (own(k, e) > 0) moved(:, k) = moved(:, k) + rows%now(e) &
-          *body%live(body%skipped + 1:body%skipped + size(moved, 1), own(k, e))
-      end do
+      moved(k, :) = way
     end do
   end subroutine yield_to
 
-  !> Weighted ways of a multiplier, from those of a body.
-  pure subroutine weigh_ways(own, rows, i, moved, now, before)
+  !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
+  pure subroutine add_block(own, rows, i, l, moved, block)
     integer, intent(in) :: own(:, :) !! (3, entries) live candidates of the body, 0 for none
     type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
-    integer, intent(in) :: i !! the multiplier
-    real(wp), intent(in) :: moved(:, :) !! (n_live, 3) ways of the body
-    real(wp), intent(out) :: now(3, 3) !! (direction, force) by present weights
-    real(wp), intent(out) :: before(3, 3) !! by those for slip
+    integer, intent(in) :: i !! the one that moves
+    integer, intent(in) :: l !! the one whose force acts
+    real(wp), intent(in) :: moved(:, :) !! (force, n_live) ways of the body [length/force]
+    real(wp), intent(inout) :: block(3, 3) !! (frame of i, frame of l) of the compliance
+    real(wp) :: now(3, 3), before(3, 3), ways(3, 3)
     integer :: e, k
 
     now = 0.0_wp
@@ -233,28 +257,38 @@ contains
     do e = rows%first(i), rows%first(i + 1) - 1
       do k = 1, 3
         if (own(k, e) == 0) cycle
-        now(k, :) = now(k, :) + rows%now(e)*moved(own(k, e), :)
-        before(k, :) = before(k, :) + rows%before(e)*moved(own(k, e), :)
+        now(:, k) = now(:, k) + rows%now(e)*moved(:, own(k, e))
+        before(:, k) = before(:, k) + rows%before(e)*moved(:, own(k, e))
       end do
     end do
-  end subroutine weigh_ways
-
-  !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
-  pure subroutine add_block(rows, i, l, now, before, compliance)
-    type(mortar_rows_t), intent(in) :: rows !! frames
-    integer, intent(in) :: i !! the one that moves
-    integer, intent(in) :: l !! the one whose force acts
-    real(wp), intent(in) :: now(3, 3) !! (direction, force) by present weights [length/force]
-    real(wp), intent(in) :: before(3, 3) !! by those for slip [length/force]
-    real(wp), intent(inout) :: compliance(:, :) !! (3 n, 3 n) gets them
-    real(wp) :: block(3, 3)
-
-    block(1:2, :) = matmul(transpose(rows%frame(:, 1:2, i)), before)
-    block(3, :) = matmul(rows%frame(:, 3, i), now)
-    associate (mine => compliance(3*i - 2:3*i, 3*l - 2:3*l))
-      mine = mine + matmul(block, rows%frame(:, :, l))
-    end associate
+    ways(:, 1:2) = matmul(before, rows%frame(:, 1:2, i))
+    ways(:, 3) = matmul(now, rows%frame(:, 3, i))
+    block = block + matmul(transpose(ways), rows%frame(:, :, l))
   end subroutine add_block
+
+  !> What rigid motions of the bodies do to the multipliers, work of the forces on these, and that
+  !! of the loads.
+  pure subroutine find_motions(condensed, unknowns)
+    type(condensed_t), intent(in) :: condensed !! bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    integer :: b, i
+
+    associate (modes => condensed%rigid%modes)
+      unknowns%motion = reshape([real(wp) ::], [3*unknowns%n, modes], [0.0_wp])
+      unknowns%push = unknowns%motion
+      unknowns%load = spread(0.0_wp, 1, modes)
+      if (modes == 0) return
+      unknowns%load = matmul(condensed%outer%pushes, condensed%outer%factors)
+    end associate
+    do b = 1, size(condensed%bodies)
+      if (condensed%bodies(b)%n_live == 0 .or. condensed%bodies(b)%motions%n == 0) cycle
+      associate (own => own_candidates(condensed, condensed%bodies(b), unknowns%rows%column))
+        do i = 1, unknowns%n
+          call add_motions(condensed%bodies(b), own, i, unknowns)
+        end do
+      end associate
+    end do
+  end subroutine find_motions
 
   !> What rigid motions of a body do to a multiplier, and its force to them.
   pure subroutine add_motions(body, own, i, unknowns)
@@ -288,29 +322,35 @@ contains
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
-    type(mortar_system_t), intent(inout) :: unknowns !! loses what supports carry
-    real(wp) :: q(3, 3), d(3), stiff
+    type(mortar_system_t), intent(inout) :: unknowns !! gap, motion, push lose what supports carry
+    real(wp) :: q(3, 3)
+    integer :: i
+
+    do i = 1, unknowns%n
+      associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
+        if (all(free)) cycle
+        q = across(free, unknowns%rows%frame(:, :, i))
+        unknowns%gap(r:r + 2) = matmul(q, unknowns%gap(r:r + 2))
+        unknowns%motion(r:r + 2, :) = matmul(q, unknowns%motion(r:r + 2, :))
+        unknowns%push(r:r + 2, :) = matmul(q, unknowns%push(r:r + 2, :))
+      end associate
+    end do
+  end subroutine drop_supported
+
+  !> The same for the compliance.
+  pure subroutine drop_compliance(equation, unknowns)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance loses what supports carry
+    real(wp) :: q(3, 3), stiff
     integer :: i, k
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
         if (all(free)) cycle
-        q = 0.0_wp
-        stiff = 0.0_wp
-        do k = 1, 3
-          q(k, k) = 1.0_wp
-          stiff = max(stiff, unknowns%compliance(r + k - 1, r + k - 1))
-        end do
-        do k = 1, 3
-          if (free(k)) cycle
-          d = unknowns%rows%frame(k, :, i)
-          q = q - spread(d, 2, 3)*spread(d, 1, 3)
-        end do
+        q = across(free, unknowns%rows%frame(:, :, i))
+        stiff = maxval([(unknowns%compliance(r + k, r + k), k=0, 2)])
         unknowns%compliance(r:r + 2, :) = matmul(q, unknowns%compliance(r:r + 2, :))
         unknowns%compliance(:, r:r + 2) = matmul(unknowns%compliance(:, r:r + 2), q)
-        unknowns%gap(r:r + 2) = matmul(q, unknowns%gap(r:r + 2))
-        unknowns%motion(r:r + 2, :) = matmul(q, unknowns%motion(r:r + 2, :))
-        unknowns%push(r:r + 2, :) = matmul(q, unknowns%push(r:r + 2, :))
         do k = 1, 3
           associate (own => unknowns%compliance(r:r + 2, r + k - 1))
             own = own - stiff*q(:, k)
@@ -319,7 +359,20 @@ contains
         end do
       end associate
     end do
-  end subroutine drop_supported
+  end subroutine drop_compliance
+
+  !> What is left of a vector along a frame without its parts along the axes that are not free.
+  pure function across(free, frame) result(q)
+    logical, intent(in) :: free(3) !! axes x, y, z
+    real(wp), intent(in) :: frame(3, 3) !! the frame
+    real(wp) :: q(3, 3)
+    integer :: k
+
+    q = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+    do k = 1, 3
+      if (.not. free(k)) q = q - spread(frame(k, :), 2, 3)*spread(frame(k, :), 1, 3)
+    end do
+  end function across
 
   !> Laws of the multipliers; scales are their own compliances, one for both tangents.
   pure subroutine take_cones(model, unknowns)
@@ -327,7 +380,7 @@ contains
     type(mortar_system_t), intent(inout) :: unknowns !! compliance given; gets cone
     integer :: k, m, i
 
-    allocate (unknowns%cone(unknowns%n))
+    if (.not. allocated(unknowns%cone)) allocate (unknowns%cone(unknowns%n))
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         do m = 1, pair%nodes%n

@@ -7,17 +7,22 @@ module mortar_increment
   use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history, take_forces, show_points
-  use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
-  use mortar_newton, only: mortar_result_t, solve_multipliers
+  use mortar_system, only: mortar_system_t, build_mortar, take_rows, anchor_mortar, &
+    spread_multipliers, local_forces
+  use mortar_newton, only: mortar_result_t, mortar_factor_t, forget_factor, solve_multipliers, &
+    what_is_left, round_off
   use mortar_touch, only: find_touched, place_new
   use elmlib, only: routine_none
-  use element_types, only: status_open
   use increment_start, only: begin_at, prepare_start
   use contact_system, only: restart_points, move_targets, load_contact
-  use condensed_system, only: couple_condensed, restore_forces, place_candidates
+  use condensed_system, only: couple_condensed, restore_forces, find_defects, &
+    place_candidates
   use touch_path, only: touch_none, touch_waits
-  use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular, &
-    outcome_restless, outcome_stopped, outcome_memory
+  use newton_progress, only: newton_t, outcome_converged, outcome_stalled, &
+    outcome_singular, outcome_restless, outcome_stopped, outcome_memory
+  use force_scales, only: force_scale
+  use costs, only: begin_cost, end_cost, count_cost, cost_rounds, cost_weighed, &
+    cost_node_compliance, cost_dense_factor, cost_modified_newton
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
@@ -28,11 +33,15 @@ module mortar_increment
 
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
-  !> Weights and frames that change by less have stayed: forces follow them to first order.
-  real(wp), parameter :: unchanged = 1.0e-6_wp
+  !> The compliance serves on while two rounds leave no more than this share: what weights and forces
+  !! lack comes down in turn, so that one round tells little.
+  real(wp), parameter :: serves = 0.5_wp
+  !> What the law may lack at the end, over the forces: this share of the root of TOL. Nodes are in
+  !! balance to round-off after each round.
+  real(wp), parameter :: law_share = 0.1_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
-  !! last cut: cells stay within ten times that anyway.
-  real(wp), parameter :: hardly = 1.0e-4_wp
+  !! last cut: as far as cells stay on a plane where points slip.
+  real(wp), parameter :: hardly = 1.0e-2_wp
 
 contains
 
@@ -66,6 +75,7 @@ contains
     call restart_points(model, system)
     call move_targets(model, system, 0.0_wp, changes)
     call restore_forces(system%condensed)
+    if (system%condensed%rigid%modes > 0) call find_defects(system)
     call follow_weights(model, system, waits, time, settings, monitor, progress)
     if (.not. waits .or. progress%outcome /= outcome_converged) return
     call find_touched(model, system, touched)
@@ -74,42 +84,127 @@ contains
     call follow_weights(model, system, .false., time, settings, monitor, progress)
   end subroutine solve_mortar
 
-  !> Rounds until the weights stay.
+  !> Rounds until forces, gaps and weights fit each other. The compliance of the multipliers and its
+  !! factors serve as long as rounds get on with them: all else is true at each place.
   subroutine follow_weights(model, system, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
-    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
+    type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: change, cut_at(3, size(system%u, 2))
+    type(mortar_system_t) :: unknowns
+    type(mortar_factor_t) :: factor
+    real(wp) :: cut_at(3, size(system%u, 2)), left, before, earlier, allowed
     integer :: round, changes
+    logical :: same
 
-    progress%outcome = outcome_restless
-    changes = 0
+    before = huge(before)
+    earlier = before
     cut_at = system%position%x_ahead
+    call foretell(model, system, waits, unknowns)
+    call cut_moved(model, system, settings, cut_at, changes)
     do round = 1, most_rounds
-      call load_contact(model, system)
-      call couple_condensed(system)
-      call weigh_all(model, system, waits, change)
-      if (round > 1 .and. changes == 0 .and. change <= unchanged) then
-        progress%outcome = outcome_converged
-        call show_all(model, system)
-        return
-      end if
-      call solve_round(model, system, time, monitor, progress)
-      if (progress%outcome /= outcome_converged) return
       progress%outcome = outcome_restless
+      call weigh_all(model, system, waits, same)
+      same = same .and. round > 1
+      if (same) then
+        call return_to_balance(model, system, settings, unknowns, left, allowed)
+        if (left <= allowed .and. changes == 0) then
+          progress%outcome = outcome_converged
+          call show_all(model, system)
+          return
+        end if
+        same = left <= serves*earlier
+        earlier = before
+        before = left
+      end if
+      if (.not. same) then
+        call begin_cost(system%costs, cost_node_compliance)
+        call build_mortar(model, system, unknowns)
+        call end_cost(system%costs, cost_node_compliance)
+        call forget_factor(factor)
+      end if
+      call solve_round(model, system, time, unknowns, factor, monitor, progress)
+      if (progress%outcome /= outcome_converged) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
-      changes = 0
-      if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) cycle
-      call move_targets(model, system, settings%extrapolation, changes)
-      cut_at = system%position%x_now
+      call cut_moved(model, system, settings, cut_at, changes)
     end do
+    progress%outcome = outcome_restless
     call monitor%warning('the weights of multipliers do not settle')
   end subroutine follow_weights
+
+  !> Where the forces of the last state put the bodies if they act by the weights at the place that
+  !! is foretold: on a body that slides they go along.
+  subroutine foretell(model, system, waits, unknowns)
+    type(model_t), intent(inout) :: model !! pairs: multipliers
+    type(system_t), intent(inout) :: system !! u: the predictor's; follows the forces
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    type(mortar_system_t), intent(inout) :: unknowns !! gets rows
+    logical :: same
+
+    call load_contact(model, system)
+    call couple_condensed(system)
+    call weigh_all(model, system, waits, same)
+    call take_rows(model, unknowns)
+    call move_bodies(model, unknowns, local_forces(model, unknowns), system)
+  end subroutine foretell
+
+  !> Cuts facets anew where nodes have moved so far that it matters.
+  subroutine cut_moved(model, system, settings, cut_at, changes)
+    type(model_t), intent(inout) :: model !! pairs: cells
+    type(system_t), intent(inout) :: system !! contact elements follow
+    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
+    real(wp), intent(inout) :: cut_at(:, :) !! (3, nodes) positions at the last cut [length]
+    integer, intent(out) :: changes !! points of facets that have been cut
+
+    changes = 0
+    if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) return
+    call move_targets(model, system, settings%extrapolation, changes)
+    cut_at = system%position%x_now
+    if (changes == 0) return
+    call load_contact(model, system)
+    call couple_condensed(system)
+  end subroutine cut_moved
+
+  !> Forces of the round before act by the present weights: what nodes lacked without that, and what
+  !! the law lacks then.
+  subroutine return_to_balance(model, system, settings, unknowns, left, allowed)
+    type(model_t), intent(in) :: model !! pairs with forces of the multipliers
+    type(system_t), intent(inout) :: system !! u, contact_force of the round before; gets new ones
+    type(settings_t), intent(in) :: settings !! tolerances
+    type(mortar_system_t), intent(inout) :: unknowns !! gets the present rows and gaps
+    real(wp), intent(out) :: left !! norm of what they lack [force]
+    real(wp), intent(out) :: allowed !! what they may [force]
+    real(wp) :: before(3, size(system%u, 2))
+
+    before = system%contact_force
+    call take_rows(model, unknowns)
+    call move_bodies(model, unknowns, local_forces(model, unknowns), system)
+    call anchor_mortar(model, system, unknowns)
+    left = norm2([norm2(system%contact_force - before), what_is_left(unknowns, &
+      local_forces(model, unknowns), system%condensed%rigid%alpha)])
+    allowed = max(max(settings%residual_tolerance, law_share*sqrt(settings%energy_tolerance)) &
+      *max(norm2(before), force_scale(system)), &
+      round_off(unknowns, maxval(abs(system%position%x_now))))
+  end subroutine return_to_balance
+
+  !> Moves the bodies to where forces of the multipliers, loads and rigid motions put them.
+  subroutine move_bodies(model, unknowns, z, system)
+    type(model_t), intent(in) :: model !! reference positions
+    type(mortar_system_t), intent(in) :: unknowns !! rows of the multipliers
+    real(wp), intent(in) :: z(:) !! (3 n) their forces [force]
+    type(system_t), intent(inout) :: system !! gets forces of contact, u, x_now
+
+    call spread_multipliers(unknowns, z, system)
+    system%condensed%rigid%imbalance = 0.0_wp
+    system%condensed%bulk%defect = 0.0_wp
+    call place_candidates(system)
+    system%position%x_now = model%mesh%x + system%u
+    if (allocated(system%contact%reached)) deallocate (system%contact%reached)
+  end subroutine move_bodies
 
   !> Points show what the multipliers around them do.
   subroutine show_all(model, system)
@@ -123,74 +218,64 @@ contains
     end do
   end subroutine show_all
 
-  !> Weights at the present positions, and by how much they have changed.
-  subroutine weigh_all(model, system, waits, change)
+  !> Weights at the present positions.
+  subroutine weigh_all(model, system, waits, same)
     type(model_t), intent(inout) :: model !! pairs: multipliers
-    type(system_t), intent(in) :: system !! contact elements
+    type(system_t), intent(inout) :: system !! contact elements; cost table
     logical, intent(in) :: waits !! nodes that were open have no friction yet
-    real(wp), intent(out) :: change !! largest change of a weight or a frame
+    logical, intent(out) :: same !! the multipliers are those of before
     type(mortar_t) :: nodes
     integer :: k
 
-    change = 0.0_wp
+    same = .true.
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
         call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
           system%position%x_now, nodes)
-        change = max(change, difference(pair%nodes, nodes))
         call take_history(pair%old_nodes, pair%nodes, nodes)
-        nodes%status = kept_status(pair%nodes, nodes)
-        call place_new(pair, system, k, waits, nodes)
-        if (nodes%n == pair%nodes%n .and. allocated(pair%nodes%gap)) then
+        if (are_same(pair%nodes, nodes)) then
+          nodes%status = pair%nodes%status
           nodes%gap = pair%nodes%gap
           nodes%criterion = pair%nodes%criterion
+        else
+          same = .false.
         end if
+        call place_new(pair, system, k, waits, nodes)
         pair%nodes = nodes
+        call count_cost(system%costs, cost_weighed, nodes%n)
       end associate
     end do
   end subroutine weigh_all
 
-  !> Status of the multipliers so far.
-  pure function kept_status(last, nodes) result(status)
-    type(mortar_t), intent(in) :: last !! last iterate
-    type(mortar_t), intent(in) :: nodes !! new ones
-    integer :: status(nodes%n)
-
-    status = status_open
-    if (last%n == nodes%n .and. allocated(last%status)) status = last%status
-  end function kept_status
-
-  !> Largest difference of weights and frames; huge where other multipliers or nodes have come.
-  pure real(wp) function difference(last, nodes) result(change)
+  !> The multipliers are those of another iterate.
+  pure logical function are_same(last, nodes)
     type(mortar_t), intent(in) :: last !! before
     type(mortar_t), intent(in) :: nodes !! now
-    logical :: same
 
-    change = huge(1.0_wp)
-    if (.not. allocated(last%column)) return
-    same = last%n == nodes%n .and. size(last%column) == size(nodes%column)
-    if (same) same = all(last%node == nodes%node) .and. all(last%face == nodes%face) .and. &
-      all(last%column == nodes%column)
-    if (same) change = maxval([0.0_wp, maxval(abs(last%now - nodes%now)), &
-      maxval(abs(last%frame - nodes%frame))])
-  end function difference
+    are_same = last%n == nodes%n .and. allocated(last%status)
+    if (are_same) are_same = all(last%node == nodes%node) .and. all(last%face == nodes%face)
+  end function are_same
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_round(model, system, time, monitor, progress)
+  subroutine solve_round(model, system, time, unknowns, factor, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
+    type(mortar_system_t), intent(in) :: unknowns !! the system of the multipliers
+    type(mortar_factor_t), intent(inout) :: factor !! of its matrix
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
-    type(mortar_system_t) :: unknowns
     type(mortar_result_t) :: result
     integer :: k
 
-    call build_mortar(model, system, unknowns)
     associate (condensed => system%condensed)
-      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
-      progress%solves = progress%solves + max(1, result%steps)
+      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, &
+        factor, result)
+      progress%solves = max(1, progress%solves + result%steps)
+      call count_cost(system%costs, cost_rounds, 1)
+      call count_cost(system%costs, cost_dense_factor, result%steps)
+      call count_cost(system%costs, cost_modified_newton, result%repeated)
       progress%outcome = outcome_stalled
       if (result%singular) progress%outcome = outcome_singular
       if (result%converged) progress%outcome = outcome_converged
@@ -201,18 +286,13 @@ contains
             model%pairs(k)%nodes)
         end associate
       end do
-      call spread_multipliers(unknowns, result%force, system)
       condensed%rigid%alpha = result%motion
-      condensed%rigid%imbalance = 0.0_wp
-      condensed%bulk%defect = 0.0_wp
-      call place_candidates(system)
-      system%position%x_now = model%mesh%x + system%u
-      if (allocated(system%contact%reached)) deallocate (system%contact%reached)
     end associate
-    call tell(time, result, progress, monitor)
+    call move_bodies(model, unknowns, result%force, system)
+    if (result%steps > 0) call tell(time, result, progress, monitor)
   end subroutine solve_round
 
-  !> Reports a round.
+  !> Reports a round with factors of its own.
   subroutine tell(time, result, progress, monitor)
     real(wp), intent(in) :: time !! end of the increment
     type(mortar_result_t), intent(in) :: result !! of the round

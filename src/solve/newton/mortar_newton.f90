@@ -7,7 +7,8 @@ module mortar_newton
   use mortar_system, only: mortar_system_t
   implicit none
   private
-  public :: mortar_result_t, solve_multipliers
+  public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &
+    what_is_left, round_off
 
   !> Steps at most; a first touch has taken up to 8.
   integer, parameter :: most_steps = 30
@@ -18,6 +19,8 @@ module mortar_newton
   !> A pivot below this share of the largest of the rigid motions says that contact leaves one free;
   !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
   real(wp), parameter :: no_pivot = 1.0e-10_wp, soft = 1.0e-6_wp
+  !> A factor serves other steps while each leaves no more than this share.
+  real(wp), parameter :: serves = 0.1_wp
   !> Bodies that touch nothing go this far beyond the nearest gap.
   real(wp), parameter :: beyond = 1.5_wp
 
@@ -25,7 +28,8 @@ module mortar_newton
   type :: mortar_result_t
     logical :: converged = .false. !! it has
     logical :: singular = .false. !! nothing can hold the bodies
-    integer :: steps = 0 !! Newton steps
+    integer :: steps = 0 !! Newton steps, each with factors of its own
+    integer :: repeated = 0 !! steps with the factors of one before
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap [length]
     real(wp), allocatable :: force(:) !! (3 n) along the frames [force]
     real(wp), allocatable :: motion(:) !! (modes) rigid motions [length]
@@ -33,6 +37,15 @@ module mortar_newton
     real(wp), allocatable :: criterion(:) !! (n) [force]
     real(wp) :: left = 0.0_wp !! largest defect [force]
   end type mortar_result_t
+
+  !> The factors of Newton's matrix, while they serve.
+  type :: mortar_factor_t
+    logical :: known = .false. !! there are some
+    integer, allocatable :: kept(:) !! rows of closed multipliers
+    logical, allocatable :: slips(:) !! (n) status that they were made for
+    real(wp), allocatable :: matrix(:, :) !! L and U
+    integer, allocatable :: pivot(:) !! rows exchanged
+  end type mortar_factor_t
 
   !> An iterate: forces, motions, what is left of F = z - Pi(y) and of the balance of the bodies.
   type :: iterate_t
@@ -44,35 +57,38 @@ module mortar_newton
 
 contains
 
+  !> The factors are those of another compliance.
+  pure subroutine forget_factor(factor)
+    type(mortar_factor_t), intent(inout) :: factor !! serves no more
+
+    factor%known = .false.
+  end subroutine forget_factor
+
   !> Solves for forces and rigid motions.
-  subroutine solve_multipliers(unknowns, start, motion, result)
+  subroutine solve_multipliers(unknowns, start, motion, factor, result)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: start(:) !! (3 n) forces to begin with [force]
     real(wp), intent(in) :: motion(:) !! (modes) rigid motions to begin with [length]
+    type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(out) :: result !! gets all
-    type(iterate_t) :: now, next
-    real(wp) :: change(size(start) + size(motion)), allowed, length
-    integer :: halving, n
-    logical :: free
+    type(iterate_t) :: now, held
+    logical :: known
+    integer :: attempt
 
-    n = size(start)
-    call look_at(unknowns, start, motion, now)
-    do
-      allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns))
-      result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
-      result%converged = result%left <= allowed
-      if (result%converged .or. result%steps == most_steps) exit
-      call find_step(unknowns, now, 0.0_wp, change, free)
-      if (free) call find_step(unknowns, now, hold_of(unknowns, now), change, result%singular)
-      if (result%singular) exit
-      result%steps = result%steps + 1
-      length = 1.0_wp
-      do halving = 0, most_halvings
-        call look_at(unknowns, now%z + length*change(:n), now%alpha + length*change(n + 1:), next)
-        if (free .or. measure(next) < measure(now)) exit
-        length = 0.5_wp*length
-      end do
-      now = next
+    ! friction of bodies that contact holds: without forces, or from those of another state, cones
+    ! may be too small to hold them on the way
+    known = size(motion) == 0 .or. any(abs(start) > 0.0_wp)
+    do attempt = merge(1, 2, known), 2
+      call look_at(unknowns, start, motion, attempt == 2, now)
+      if (attempt == 2) then
+        call forget_factor(factor)
+        call follow(unknowns, .true., now, factor, result)
+        call forget_factor(factor)
+        held = now
+        call look_at(unknowns, held%z, held%alpha, .false., now)
+      end if
+      call follow(unknowns, .false., now, factor, result)
+      if (result%converged) exit
     end do
     result%gap = now%gap
     result%force = now%z
@@ -82,6 +98,45 @@ contains
     result%criterion = now%criterion
   end subroutine solve_multipliers
 
+  !> Newton's steps from an iterate to a solution, of the law or with all friction sticking.
+  subroutine follow(unknowns, sticks, now, factor, result)
+    type(mortar_system_t), intent(in) :: unknowns !! the system
+    logical, intent(in) :: sticks !! friction holds whatever it has to
+    type(iterate_t), intent(inout) :: now !! start; solution
+    type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
+    type(mortar_result_t), intent(inout) :: result !! steps, how it ended
+    type(iterate_t) :: next
+    real(wp) :: change(size(now%z) + size(now%alpha)), allowed, length
+    integer :: halving, step, n
+    logical :: free, reused
+
+    n = size(now%z)
+    result%singular = .false.
+    do step = 0, most_steps
+      allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns, &
+        maxval([0.0_wp, abs(unknowns%gap)])))
+      result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
+      result%converged = result%left <= allowed
+      if (result%converged .or. step == most_steps) exit
+      reused = fits(now, factor)
+      call find_step(unknowns, now, 0.0_wp, factor, change, free)
+      if (free) call find_step(unknowns, now, hold_of(unknowns, now), factor, change, &
+        result%singular)
+      if (result%singular) exit
+      result%steps = result%steps + merge(0, 1, reused)
+      result%repeated = result%repeated + merge(1, 0, reused)
+      length = 1.0_wp
+      do halving = 0, most_halvings
+        call look_at(unknowns, now%z + length*change(:n), now%alpha + length*change(n + 1:), &
+          sticks, next)
+        if (free .or. reused .or. measure(next) < measure(now)) exit
+        length = 0.5_wp*length
+      end do
+      factor%known = measure(next) <= serves*measure(now) .and. .not. free
+      if (factor%known .or. .not. reused) now = next
+    end do
+  end subroutine follow
+
   !> What is left, as one number [force].
   pure real(wp) function measure(iterate)
     type(iterate_t), intent(in) :: iterate !! an iterate
@@ -89,26 +144,39 @@ contains
     measure = norm2([norm2(iterate%defect), norm2(iterate%balance)])
   end function measure
 
-  !> What round-off of the gaps without forces makes of forces.
-  pure real(wp) function round_off(unknowns) result(force)
-    type(mortar_system_t), intent(in) :: unknowns !! gaps and scales
+  !> What forces and motions lack, as one number [force].
+  pure real(wp) function what_is_left(unknowns, z, alpha) result(left)
+    type(mortar_system_t), intent(in) :: unknowns !! the system
+    real(wp), intent(in) :: z(:) !! (3 n) forces [force]
+    real(wp), intent(in) :: alpha(:) !! (modes) rigid motions [length]
+    type(iterate_t) :: now
+
+    call look_at(unknowns, z, alpha, .false., now)
+    left = measure(now)
+  end function what_is_left
+
+  !> What round-off of lengths makes of forces.
+  pure real(wp) function round_off(unknowns, lengths) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! scales
+    real(wp), intent(in) :: lengths !! the largest [length]
     integer :: i
 
     force = 0.0_wp
     do i = 1, unknowns%n
-      force = max(force, maxval(abs(unknowns%gap(3*i - 2:3*i)))*maxval(unknowns%cone(i)%scale))
+      force = max(force, maxval(unknowns%cone(i)%scale))
     end do
-    force = noise*epsilon(force)*force
+    force = noise*epsilon(force)*lengths*force
   end function round_off
 
   !> Gaps, projections and what is left at given forces, eq. (7.16).
-  subroutine look_at(unknowns, z, alpha, iterate)
+  pure subroutine look_at(unknowns, z, alpha, sticks, iterate)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: z(:) !! (3 n) forces [force]
     real(wp), intent(in) :: alpha(:) !! (modes) rigid motions [length]
+    logical, intent(in) :: sticks !! friction holds whatever it has to
     type(iterate_t), intent(out) :: iterate !! all of it
     real(wp) :: y(3), force(3)
-    integer :: i
+    integer :: i, k
 
     associate (n => unknowns%n)
       allocate (iterate%defect(3*n), iterate%slope(3, 3, n), iterate%closed(n), iterate%slips(n), &
@@ -124,6 +192,12 @@ contains
           call project_on_cone(cone, y, force, iterate%slope(:, :, i), iterate%slips(i), &
             iterate%criterion(i))
           iterate%closed(i) = y(3) > 0.0_wp
+          if (sticks .and. iterate%closed(i) .and. all(cone%mu > 0.0_wp)) then
+            force = y
+            iterate%slope(:, :, i) = reshape([(1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, k=1, 2), 1.0_wp], &
+              [3, 3])
+            iterate%slips(i) = .false.
+          end if
           iterate%defect(own:own + 2) = z(own:own + 2) - force
         end associate
       end do
@@ -157,53 +231,102 @@ contains
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.17).
-  subroutine find_step(unknowns, now, hold, change, singular)
+  subroutine find_step(unknowns, now, hold, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
     real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
+    type(mortar_factor_t), intent(inout) :: factor !! made anew where it does not fit
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
-    real(wp), allocatable :: matrix(:, :), right(:, :)
-    integer, allocatable :: kept(:), pivot(:)
-    real(wp) :: unit, slope(3, 3)
+    real(wp) :: gone(3*unknowns%n), unit
+    real(wp), allocatable :: right(:, :)
     integer :: i, k, n, m, info
 
     change = 0.0_wp
-    kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
-    n = size(kept)
+    do i = 1, unknowns%n
+      if (.not. now%closed(i)) change(3*i - 2:3*i) = -now%z(3*i - 2:3*i)
+    end do
+    n = 3*count(now%closed)
     m = size(now%alpha)
-    where (.not. [(now%closed((i + 2)/3), i=1, 3*unknowns%n)]) change(:3*unknowns%n) = -now%z
     singular = .false.
     if (n + m == 0) return
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
-    allocate (matrix(n + m, n + m), right(n + m, 1), pivot(n + m))
-    associate (gone => matmul(unknowns%compliance(kept, :), change(:3*unknowns%n)))
-      do k = 1, n, 3
-        i = (kept(k) + 2)/3
-        slope = now%slope(:, :, i)*spread(unknowns%cone(i)%scale([1, 1, 2]), 1, 3)
-        matrix(k:k + 2, :n) = matmul(slope, unknowns%compliance(kept(k:k + 2), kept))
-        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - now%slope(:, :, i)
-        matrix(k, k) = matrix(k, k) + 1.0_wp
-        matrix(k + 1, k + 1) = matrix(k + 1, k + 1) + 1.0_wp
-        matrix(k + 2, k + 2) = matrix(k + 2, k + 2) + 1.0_wp
-        matrix(k:k + 2, n + 1:) = matmul(slope, unknowns%motion(kept(k:k + 2), :))/unit
-        right(k:k + 2, 1) = -now%defect(kept(k:k + 2)) - matmul(slope, gone(k:k + 2))
-      end do
-    end associate
-    matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
-    matrix(n + 1:, n + 1:) = 0.0_wp
-    do k = n + 1, n + m
-      matrix(k, k) = -hold/unit
+    if (hold > 0.0_wp .or. .not. fits(now, factor)) then
+      call form_matrix(unknowns, now, hold/unit, unit, factor)
+      call dgetrf(n + m, n + m, factor%matrix, n + m, factor%pivot, info)
+      singular = info /= 0
+      if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = &
+        minval([(abs(factor%matrix(k, k)), k=n + 1, n + m)]) <= no_pivot*maxval([(abs( &
+        factor%matrix(k, k)), k=n + 1, n + m)])
+      factor%known = .not. singular
+      if (singular) return
+    end if
+    gone = 0.0_wp
+    if (any(abs(change) > 0.0_wp)) gone = matmul(unknowns%compliance, change(:3*unknowns%n))
+    allocate (right(n + m, 1))
+    do k = 1, n, 3
+      i = (factor%kept(k) + 2)/3
+      right(k:k + 2, 1) = -now%defect(3*i - 2:3*i) - matmul(now%slope(:, :, i), &
+        unknowns%cone(i)%scale([1, 1, 2])*gone(3*i - 2:3*i))
     end do
     right(n + 1:, 1) = -now%balance - matmul(change(:3*unknowns%n), unknowns%push)
-    call dgetrf(n + m, n + m, matrix, n + m, pivot, info)
-    singular = info /= 0
-    if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = minval([(abs(matrix(k, k)), &
-      k=n + 1, n + m)]) <= no_pivot*maxval([(abs(matrix(k, k)), k=n + 1, n + m)])
-    if (singular) return
-    call dgetrs('N', n + m, 1, matrix, n + m, pivot, right, n + m, info)
-    change(kept) = right(:n, 1)
+    call dgetrs('N', n + m, 1, factor%matrix, n + m, factor%pivot, right, n + m, info)
+    change(factor%kept) = right(:n, 1)
     change(3*unknowns%n + 1:) = right(n + 1:, 1)/unit
   end subroutine find_step
+
+  !> The factors at hand are those of multipliers of the same status.
+  pure logical function fits(now, factor)
+    type(iterate_t), intent(in) :: now !! an iterate
+    type(mortar_factor_t), intent(in) :: factor !! factors, or none
+
+    fits = factor%known
+    if (.not. fits) return
+    fits = size(factor%slips) == size(now%slips) .and. size(factor%kept) == 3*count(now%closed)
+    if (fits) fits = all(now%closed((factor%kept + 2)/3))
+    if (fits) fits = all((now%slips .eqv. factor%slips) .or. .not. now%closed)
+  end function fits
+
+  !> Newton's matrix of the closed multipliers and the rigid motions, I - Pi'(I - r G).
+  pure subroutine form_matrix(unknowns, now, hold, unit, factor)
+    type(mortar_system_t), intent(in) :: unknowns !! the system
+    type(iterate_t), intent(in) :: now !! status and slopes
+    real(wp), intent(in) :: hold !! what stops rigid motions, over the unit
+    real(wp), intent(in) :: unit !! stiffness that stands for 1 [force/length]
+    type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
+    real(wp) :: slope(3, 3)
+    integer :: i, k, l, n, m
+
+    factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
+    factor%slips = now%slips
+    n = size(factor%kept)
+    m = size(now%alpha)
+    if (allocated(factor%matrix)) deallocate (factor%matrix, factor%pivot)
+    allocate (factor%matrix(n + m, n + m), factor%pivot(n + m))
+    associate (matrix => factor%matrix, kept => factor%kept)
+      do l = 1, n
+        do k = 1, n, 3
+          i = (kept(k) + 2)/3
+          matrix(k:k + 2, l) = matmul(now%slope(:, :, i), unknowns%cone(i)%scale([1, 1, 2]) &
+            *unknowns%compliance(3*i - 2:3*i, kept(l)))
+        end do
+      end do
+      do k = 1, n, 3
+        i = (kept(k) + 2)/3
+        slope = now%slope(:, :, i)
+        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - slope
+        do l = k, k + 2
+          matrix(l, l) = matrix(l, l) + 1.0_wp
+        end do
+        matrix(k:k + 2, n + 1:) = matmul(slope*spread(unknowns%cone(i)%scale([1, 1, 2]), 1, 3), &
+          unknowns%motion(kept(k:k + 2), :))/unit
+      end do
+      matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
+      matrix(n + 1:, n + 1:) = 0.0_wp
+      do k = n + 1, n + m
+        matrix(k, k) = -hold
+      end do
+    end associate
+  end subroutine form_matrix
 end module mortar_newton
