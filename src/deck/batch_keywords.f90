@@ -1,6 +1,7 @@
 !> Rows of the keyword table: solution commands.
 module batch_keywords
   use linear_solver, only: solver_words, solver_list
+  use solution_settings, only: setting_signature
   use keyword_types, only: keyword_table_t, table_batch, add_command, explain
   implicit none
   private
@@ -20,7 +21,8 @@ contains
     call explain(t, 'Increments of DT with line search; a failed one is cut and grown again. The')
     call explain(t, 'n end times are always hit, and only they are written to tables.')
     call explain(t, 'Example: STEP,,25')
-    call add_command(t, table_batch, 'TOL', '- q:v | RESIdual q:v', 'tolerance of the iterations')
+    call add_command(t, table_batch, 'TOL', setting_signature('TOL'), &
+                     'tolerance of the iterations')
     call explain(t, 'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual')
     call explain(t, 'against the norm of all nodal forces, reactions included.')
     call add_command(t, table_batch, 'PROPortional', '| - [p:n]', &

@@ -3,6 +3,7 @@ module batch_run
   use kinds, only: wp
   use errors, only: error_t
   use costs, only: wall_seconds
+  use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
   use increments, only: look_for_strays
@@ -107,17 +108,12 @@ contains
     type(run_state_t), intent(inout) :: run !! where the run stands
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
+    logical :: taken
 
     associate (command => commands(next))
       select case (command%command)
       case ('dt')
         run%increment = command%v(1)
-      case ('tol')
-        if (command%option == 'resi') then
-          run%settings%residual_tolerance = command%v(1)
-        else
-          run%settings%energy_tolerance = command%v(1)
-        end if
       case ('step')
         call close_increment(run, context, error)
         if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
@@ -161,6 +157,7 @@ contains
         call print_request(command, context, error)
       case default
         ! PROP has been obeyed when the deck was read.
+        call take_setting(command%command, command%option, command%v(1), run%settings%asked, taken)
       end select
     end associate
   end subroutine run_command

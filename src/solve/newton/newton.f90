@@ -2,6 +2,7 @@
 module newton
   use kinds, only: wp
   use costs, only: wall_seconds
+  use solution_settings, only: tol_energy, tol_residual
   use signals, only: stop_requested
   use threads, only: notice_others
   use parallel, only: any_rank
@@ -151,7 +152,7 @@ contains
 
     modified%bends = any(model%pairs%smooth) .and. is_close(progress)
     if (progress%energy_met .or. .not. may_go_on(system, progress)) return
-    call follow_modified_newton(model, system, settings%energy_tolerance, progress%first_energy, &
+    call follow_modified_newton(model, system, settings%asked(tol_energy), progress%first_energy, &
       progress%energy, force_scale(system)*wanted_share(settings), modified)
     progress%energy_met = modified%energy_met .or. modified%settled
     progress%halved = progress%halved .and. .not. modified%settled .and. &
@@ -172,7 +173,7 @@ contains
     if (.not. renewed) return
     call form_residual(system, x)
     sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
-      max(true_share, settings%residual_tolerance)*force_scale(system))
+      max(true_share, settings%asked(tol_residual))*force_scale(system))
   end subroutine look_again
 
   !> One iteration: tangent, factor, direction, line search.

@@ -2,6 +2,7 @@
 !! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
 module newton_progress
   use kinds, only: wp
+  use solution_settings, only: tol_energy, tol_residual
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
@@ -94,8 +95,8 @@ contains
       converged = .true.
     else if (settings%roughly) then
       converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
-    else if (settings%residual_tolerance > 0.0_wp) then
-      converged = norm <= settings%residual_tolerance*force_scale(system)
+    else if (settings%asked(tol_residual) > 0.0_wp) then
+      converged = norm <= settings%asked(tol_residual)*force_scale(system)
     else
       converged = progress%energy_met .and. &
         norm <= wanted_share(settings)*force_scale(system)
@@ -130,7 +131,7 @@ contains
   pure real(wp) function wanted_share(settings) result(share)
     type(settings_t), intent(in) :: settings !! tolerances
 
-    share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
+    share = max(settings%asked(tol_residual), residual_share*sqrt(settings%asked(tol_energy)))
   end function wanted_share
 
   !> Whether nearly all points are what they were before the last step.
@@ -150,7 +151,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
 
-    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+    associate (tolerance => settings%asked(tol_energy), first => progress%first_energy)
       met = progress%energy <= tolerance*first
       if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
       ! a step with the same tangent asks the same

@@ -1,6 +1,7 @@
 !> The discrete system: equations, element lists, matrices, and the state that is solved for.
 module system_types
   use kinds, only: wp
+  use solution_settings, only: n_settings, settings_of_deck
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use condensed_types, only: condensed_t
@@ -17,8 +18,7 @@ module system_types
 
   !> When an increment counts as converged, and how far the nonlinear solution goes.
   type :: settings_t
-    real(wp) :: energy_tolerance = 1.0e-16_wp !! relative energy (FEAP)
-    real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
+    real(wp) :: asked(n_settings) = settings_of_deck%given !! what solution commands have set
     integer :: most_solves = 50 !! linear solves of one increment
     logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
     integer :: parts = 1 !! an interval between end times begins in so many, a power of 2
