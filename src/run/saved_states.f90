@@ -91,6 +91,8 @@ contains
     state%reaction = saved%reaction
     state%rigid = saved%rigid
     state%slopes = saved%slopes
+    if (allocated(saved%memory)) system%bulk%memory = reshape(saved%memory, &
+      shape(system%bulk%memory))
     if (allocated(system%touch%u_before)) deallocate (system%touch%u_before)
     if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
     system%touch%span_before = saved%span_before

@@ -4,8 +4,9 @@ module bulk_term
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
   use cells, only: nodes_of, tet4
-  use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
-  use bulk_laws, only: laws
+  use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_mean, d_own
+  use bulk_laws, only: bulk_law
+  use bulk_memory, only: memory_shape
   use element_lists, only: allocate_bulk
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
@@ -67,7 +68,7 @@ contains
   subroutine list_bulk(model, system)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! gets bulk
-    integer :: k, m, most, nodes
+    integer :: k, m, most, nodes, shape(3)
 
     most = tet4%nodes
     do k = 1, model%mesh%elements
@@ -78,7 +79,8 @@ contains
       associate (material => model%materials(m))
         system%bulk%d(d_youngs_modulus, m) = material%youngs_modulus
         system%bulk%d(d_poissons_ratio, m) = material%poissons_ratio
-        system%bulk%d(d_law, m) = real(material%law, wp)
+        system%bulk%law(m) = bulk_law(material%law)
+        system%bulk%d(d_own:, m) = material%own
         system%bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
         if (.not. material%nodal) cycle
         ! the same shear modulus without a volumetric part, which nodal_dilatation adds
@@ -95,19 +97,21 @@ contains
       system%bulk%nel(k) = nodes
       system%bulk%ix(:nodes, k) = model%mesh%ix(:nodes, k)
       if (model%materials(m)%rigid) cycle
-      system%bulk%routine(k) = kinematics(nodes, laws(model%materials(m)%law)%finite)
+      system%bulk%routine(k) = kinematics(nodes, system%bulk%law(m)%linear)
       if (system%bulk%routine(k) == routine_finite) system%bulk%linear = .false.
     end do
+    shape = memory_shape(model)
+    if (shape(1) > 0) allocate (system%bulk%memory(shape(1), shape(2), shape(3)), source=0.0_wp)
   end subroutine list_bulk
 
   !> The element routine of a shape under a law.
-  pure integer function kinematics(nodes, finite) result(routine)
+  pure integer function kinematics(nodes, linear) result(routine)
     integer, intent(in) :: nodes !! nodes of the element
-    logical, intent(in) :: finite !! the law is one of finite strain
+    logical, intent(in) :: linear !! the law is
 
     routine = routine_small
     if (nodes == tet4%nodes) routine = routine_t4
-    if (finite) routine = routine_finite
+    if (.not. linear) routine = routine_finite
   end function kinematics
 
   !> Tangent and force at a state.
