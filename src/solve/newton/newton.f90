@@ -17,7 +17,7 @@ module newton
   use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use expected_status, only: forget_expected, turned_back
-  use line_search, only: search_line, approach
+  use line_search, only: choose_length
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
@@ -37,9 +37,8 @@ module newton
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
     outcome_turned, outcome_thrown
 
-  !> Iterations in a row without progress after which the natural test is left out of the line
-  !! search, and after which the solve has stalled.
-  integer, parameter :: circling = 4, patience = 12
+  !> Iterations in a row without progress after which the solve has stalled.
+  integer, parameter :: patience = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! stacks of bodies the search for the points that open uses up some of them.
   integer, parameter :: most_turns = 6, most_turns_of_stack = 14
@@ -228,17 +227,8 @@ contains
       return
     end if
     longest = min(longest, longest_step(system))
-    if (system%body%damping > 0.0_wp) then
-      call search_line(system, model%mesh%x, progress%start, &
-        system%body%pseudo_step%iterations == 0, .true., longest, length)
-      call count_way(system, length)
-    else if (any(system%body%grounded)) then
-      call approach(system, model%mesh%x, progress%start, longest, length)
-    else
-      call search_line(system, model%mesh%x, progress%start, progress%updated .or. &
-        system%inner%linearised .or. &
-        any(system%contact%hold), progress%since_lowest < circling, longest, length)
-    end if
+    call choose_length(system, model%mesh%x, settings, progress, longest, length)
+    if (system%body%damping > 0.0_wp) call count_way(system, length)
     if (associated(system%form%judge_step)) call system%form%judge_step(system, progress%start, &
       length)
     progress%linearised = system%inner%linearised
