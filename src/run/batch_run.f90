@@ -55,7 +55,7 @@ contains
     context%monitor%steps = count_steps(commands)
     context%system%spared = count([(.not. is_inside_due(context, k), k=1, context%monitor%steps)])
     skip = 0
-    call ask_for_solver(context%system, solver_auto)
+    call ask_for_solver(context%system%whole, solver_auto)
     if (states%step > 0) then
       run%states = states
       run%goes_on = has_end_times(commands)
@@ -65,7 +65,7 @@ contains
       context%monitor%steps = context%monitor%steps - skip + states%step
       run = run_state_t()
       if (allocated(error)) deallocate (error)
-      call ask_for_solver(context%system, solver_auto)
+      call ask_for_solver(context%system%whole, solver_auto)
     end if
     run%states = states
     run%goes_on = has_end_times(commands)
@@ -145,7 +145,8 @@ contains
         call run_augment(run, context%model, context%system, context%monitor)
       case ('solv')
         if (command%solves) call run_tangent(run, context, error)
-        if (.not. command%solves) call ask_for_solver(context%system, solver_of(command%option))
+        if (.not. command%solves) call ask_for_solver(context%system%whole, &
+          solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner

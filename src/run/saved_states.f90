@@ -119,7 +119,7 @@ contains
 
     system%condensed%goes_on = .false.
     if (system%form%inexact) then
-      call take_full_form(system)
+      call take_full_form(system%form, system%condensed)
       system%whole%choice = solver_unknown
     else if (.not. system%form%knows_inside) then
       if (.not. allocated(saved%candidate)) then
@@ -127,7 +127,7 @@ contains
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
-        call take_full_form(system)
+        call take_full_form(system%form, system%condensed)
         system%whole%choice = solver_unknown
       end if
     end if

@@ -328,14 +328,14 @@ contains
   end subroutine load_candidates
 
   !> Releases all factors.
-  subroutine free_condensed(system)
-    type(system_t), intent(inout) :: system !! condensed is emptied
+  subroutine free_condensed(condensed)
+    type(condensed_t), intent(inout) :: condensed !! condensed is emptied
     integer :: b
 
-    if (.not. allocated(system%condensed%bodies)) return
-    do b = 1, size(system%condensed%bodies)
-      call free_body(system%condensed%bodies(b))
+    if (.not. allocated(condensed%bodies)) return
+    do b = 1, size(condensed%bodies)
+      call free_body(condensed%bodies(b))
     end do
-    system%condensed = condensed_t()
+    condensed = condensed_t()
   end subroutine free_condensed
 end module condensed_bodies

@@ -69,7 +69,7 @@ contains
       why = lost_digits(system%condensed)
     end if
     if (len(why) > 0) then
-      call free_condensed(system)
+      call free_condensed(system%condensed)
       return
     end if
     call number_candidates(system)

@@ -31,7 +31,7 @@ contains
     state%whole = .true.
     if (associated(system%form%accept)) call system%form%accept(model, system, inside_known, &
       state%whole)
-    call keep_path(model, system, state, time)
+    call keep_path(model, system%touch, state, time)
     state%u = system%u
     state%began = state%time
     state%time = time

@@ -29,6 +29,8 @@ module newton
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, solve_frozen, iterate, is_converged
@@ -198,7 +200,7 @@ contains
       if (dropped) call form_residual(system, model%mesh%x)
     end if
     progress%start = residual_norm(system)
-    call choose_held(system, progress)
+    call choose_held(system%contact, system%body, progress)
     system%wish%share = progress%share
     system%wish%wanted = wanted_share(settings)
     system%wish%indefinite = progress%indefinite
@@ -237,9 +239,9 @@ contains
       progress%outcome = outcome_inverted
       return
     end if
-    if (system%motion%active) call settle_multipliers(system, length)
+    if (system%motion%active) call settle_multipliers(system%motion, length)
     progress%length = length
-    if (allocated(before)) call judge_settled(before, length, system)
+    if (allocated(before)) call judge_settled(before, length, system%contact, system%body)
     if (is_close(progress)) call follow_shape(model, system)
     progress%updated = .false.
     progress%energy_met = .false.
@@ -255,15 +257,16 @@ contains
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
-  subroutine choose_held(system, progress)
-    type(system_t), intent(inout) :: system !! contact elements; gets hold
+  subroutine choose_held(contact, body, progress)
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets hold
+    type(bodies_t), intent(in) :: body !! connected bodies
     type(newton_t), intent(inout) :: progress !! counts the iterations with such points
 
     if (progress%updated) return
-    system%contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(system))) &
-      system%contact%hold = turned_back(system%contact, least_slip)
-    if (any(system%contact%hold)) progress%turns = progress%turns + 1
+    contact%hold = .false.
+    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(body))) &
+      contact%hold = turned_back(contact, least_slip)
+    if (any(contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
 
   !> The report of one iteration.

@@ -7,6 +7,8 @@ module newton_progress
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
   use system_types, only: system_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
@@ -135,13 +137,14 @@ contains
   end function wanted_share
 
   !> Whether nearly all points are what they were before the last step.
-  pure subroutine judge_settled(before, length, system)
+  pure subroutine judge_settled(before, length, contact, body)
     integer, intent(in) :: before(:) !! (contact elements) their status before it
     real(wp), intent(in) :: length !! share of its direction that was gone
-    type(system_t), intent(inout) :: system !! contact elements; gets settled
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(bodies_t), intent(inout) :: body !! gets settled
 
-    system%body%settled = length >= 1.0_wp .and. real(count(system%contact%status /= before), wp) &
-      <= settled_share*real(count(before > status_open), wp)
+    body%settled = length >= 1.0_wp .and. real(count(contact%status /= before), wp) <= &
+      settled_share*real(count(before > status_open), wp)
   end subroutine judge_settled
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
