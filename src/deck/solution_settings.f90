@@ -6,11 +6,24 @@ module solution_settings
   use text, only: lower
   implicit none
   private
-  public :: tol_energy, tol_residual, n_settings, settings_of_deck, setting_signature, take_setting
+  public :: tol_energy, tol_residual, n_settings, settings_of_deck, setting_commands, &
+    setting_signature, take_setting
 
-  !> One of them: `command,option,value`.
+  !> A command that does nothing else.
+  type :: setting_command_t
+    character(8) :: keyword = '' !! the letters that count as capitals
+    character(40) :: summary = '' !! what it sets
+    character(80) :: help(2) = '' !! the lines of --help behind that
+  end type setting_command_t
+
+  type(setting_command_t), parameter :: setting_commands(*) = [ &
+    setting_command_t('TOL', 'tolerance of the iterations', [character(80) :: &
+    'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual', &
+    'against the norm of all nodal forces, reactions included.'])]
+
+  !> What one of them sets: `command,option,value`.
   type :: setting_t
-    character(8) :: command = '' !! the letters that count as capitals
+    character(8) :: command = '' !! its keyword
     character(8) :: option = '' !! its word; none: what the command sets by itself
     character(1) :: check = '' !! kind of the value, as signatures have it
     real(wp) :: given = 0.0_wp !! value without the command
