@@ -40,10 +40,10 @@ module newton
     outcome_turned, outcome_thrown
 
   !> Iterations in a row without progress after which the solve has stalled.
-  integer, parameter :: patience = 12
+  integer, parameter :: iterations_without_gain = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! stacks of bodies the search for the points that open uses up some of them.
-  integer, parameter :: most_turns = 6, most_turns_of_stack = 14
+  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
   !> A point has turned back if it had slipped by more than this share of what it slips now: less is
   !! round-off of a solution.
   real(wp), parameter :: least_slip = 1.0e-6_wp
@@ -120,7 +120,8 @@ contains
       progress%outcome = outcome_step_done
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
-    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= patience .and. &
+    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
+      .and. &
       system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
@@ -264,7 +265,7 @@ contains
 
     if (progress%updated) return
     contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(body))) &
+    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(body))) &
       contact%hold = turned_back(contact, least_slip)
     if (any(contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
