@@ -82,7 +82,7 @@ contains
       end if
       condensed%norm_before = residual_size(condensed)
     end associate
-    call stay_in_place(system)
+    call stay_in_place(system%condensed)
     call take_answer(system, y)
     call begin_trials(system)
   end subroutine find_condensed_direction
@@ -161,7 +161,7 @@ contains
     system%condensed%alive%right = system%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
     call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
-    call stay_in_place(system)
+    call stay_in_place(system%condensed)
     call take_answer(system, y)
   end subroutine push_direction
 
