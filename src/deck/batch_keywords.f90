@@ -1,7 +1,7 @@
 !> Rows of the keyword table: solution commands.
 module batch_keywords
   use linear_solver, only: solver_words, solver_list
-  use solution_settings, only: setting_commands, setting_signature
+  use solution_settings, only: n_settings, settings_of_deck, setting_signature
   use keyword_types, only: keyword_table_t, table_batch, add_command, explain
   implicit none
   private
@@ -13,7 +13,7 @@ contains
   subroutine add_solution_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
     character(*), parameter :: iteration = '| LINE [1:solve] [r:v] | - [1:solve]'
-    integer :: k, i
+    integer :: k
 
     call add_command(t, table_batch, 'DT', '- q:v', 'time increment')
     call explain(t, 'Example: DT,,0.1')
@@ -21,12 +21,11 @@ contains
     call explain(t, 'Increments of DT with line search; a failed one is cut and grown again. The')
     call explain(t, 'n end times are always hit, and only they are written to tables.')
     call explain(t, 'Example: STEP,,25')
-    do k = 1, size(setting_commands)
-      call add_command(t, table_batch, trim(setting_commands(k)%keyword), &
-        setting_signature(setting_commands(k)%keyword), trim(setting_commands(k)%summary))
-      do i = 1, size(setting_commands(k)%help)
-        call explain(t, trim(setting_commands(k)%help(i)))
-      end do
+    do k = 1, n_settings
+      if (settings_of_deck(k)%summary /= '') call add_command(t, table_batch, &
+        trim(settings_of_deck(k)%command), setting_signature(settings_of_deck(k)%command), &
+        trim(settings_of_deck(k)%summary))
+      call explain(t, trim(settings_of_deck(k)%help))
     end do
     call add_command(t, table_batch, 'PROPortional', '| - [p:n]', &
                      'proportional load whose table follows END')

@@ -6,35 +6,26 @@ module solution_settings
   use text, only: lower
   implicit none
   private
-  public :: tol_energy, tol_residual, n_settings, settings_of_deck, setting_commands, &
-    setting_signature, take_setting
+  public :: tol_energy, tol_residual, n_settings, settings_of_deck, setting_signature, take_setting
 
-  !> A command that does nothing else.
-  type :: setting_command_t
-    character(8) :: keyword = '' !! the letters that count as capitals
-    character(40) :: summary = '' !! what it sets
-    character(80) :: help(2) = '' !! the lines of --help behind that
-  end type setting_command_t
-
-  type(setting_command_t), parameter :: setting_commands(*) = [ &
-    setting_command_t('TOL', 'tolerance of the iterations', [character(80) :: &
-    'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual', &
-    'against the norm of all nodal forces, reactions included.'])]
-
-  !> What one of them sets: `command,option,value`.
+  !> One of them: `command,option,value`. Those of one command stand together.
   type :: setting_t
-    character(8) :: command = '' !! its keyword
+    character(8) :: command = '' !! the letters that count as capitals
     character(8) :: option = '' !! its word; none: what the command sets by itself
     character(1) :: check = '' !! kind of the value, as signatures have it
     real(wp) :: given = 0.0_wp !! value without the command
+    character(40) :: summary = '' !! what the command sets, with the first of its settings
+    character(80) :: help = '' !! its line of --help
   end type setting_t
 
   !> Tolerances of |R.du| over that of the first iteration, and of the residual over the forces
   !! (0: the energy decides).
   integer, parameter :: tol_energy = 1, tol_residual = 2
   type(setting_t), parameter :: settings_of_deck(*) = [ &
-    setting_t('TOL', '', 'q', 1.0e-16_wp), &
-    setting_t('TOL', 'RESIdual', 'q', 0.0_wp)]
+    setting_t('TOL', '', 'q', 1.0e-16_wp, 'tolerance of the iterations', &
+    'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual'), &
+    setting_t('TOL', 'RESIdual', 'q', 0.0_wp, '', &
+    'against the norm of all nodal forces, reactions included.')]
   integer, parameter :: n_settings = size(settings_of_deck)
 
 contains

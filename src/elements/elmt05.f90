@@ -12,7 +12,7 @@ module elmt05
     d_own, state_stress, state_strain, state_rotation
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame
-  use deformation, only: volume_growth, green_strain
+  use deformation, only: volume_growth, green_strain, small_strain, rotation_vector
   use law_neohooke, only: neohooke_volume
   use law_types, only: bulk_point_t
   use cubic_roots, only: first_positive_root
@@ -146,9 +146,8 @@ contains
         e%points(7:, q) = components(green_strain(h))
       else
         e%points(:6, q) = components(point%p)
-        e%points(7:, q) = components(0.5_wp*(h + transpose(h)))
-        e%state(state_rotation) = e%state(state_rotation) + 0.5_wp*share &
-          *[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
+        e%points(7:, q) = small_strain(h)
+        e%state(state_rotation) = e%state(state_rotation) + share*rotation_vector(h)
       end if
     end associate
     e%state(state_stress) = e%state(state_stress) + share*e%points(:6, q)

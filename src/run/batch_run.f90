@@ -28,7 +28,6 @@ module batch_run
   use sensitivity_table, only: derivative_rows, write_sensitivities
   use result_types, only: derivative_rows_t
   use kept_slopes, only: keep_slopes
-  use model_types, only: state_none
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
