@@ -45,11 +45,10 @@ FLAGS_debug := -O1 -g $(CHECKS)
 FLAGS_coverage := -O0 -g -Wno-uninitialized --coverage
 # Not what a null pointer or a pointer out of bounds does: the sanitiser of addresses finds these, and
 # the code for them takes half of the time of the build. Bounds are checked by debug, on the same decks
-# and more: here that would be a third of the build. Addresses are looked at in calls, which is half of
-# what remains. Integers that overflow: tests/decks.py.
+# and more: here that would be a third of what remains. Integers that overflow: tests/decks.py.
 FLAGS_sanitize := -O0 -g -Wno-uninitialized -fno-omit-frame-pointer -fsanitize=address,undefined \
   -fno-sanitize=null,alignment,object-size,pointer-overflow -fno-sanitize-recover=undefined \
-  -fsanitize-recover=signed-integer-overflow --param asan-instrumentation-with-call-threshold=0 $(TRAPS)
+  -fsanitize-recover=signed-integer-overflow $(TRAPS)
 # Unit tests take a moment to run: compiling them is what takes time.
 TESTED := -O0
 
@@ -89,7 +88,7 @@ all: $(if $(PETSC),mfec-petsc,mfec) ## build ./mfec (release; NATIVE=1 for this 
 debug: $(PROGRAM_debug) ## build build/debug/mfec (all checks, traps)
 
 # Decks, bad decks, damaged decks, meshes and restart files under it: tests/sanitised.
-sanitize: build/venv/stamp ## build build/sanitize/mfec (address and undefined behaviour) and test it
+sanitize: build/venv/stamp $(PROGRAM_debug) ## build build/sanitize/mfec (address and undefined behaviour) and test it
 	@tests/sanitised --all
 
 help: ## show this list
