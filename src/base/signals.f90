@@ -1,4 +1,5 @@
-!> SIGINT, SIGTERM, SIGHUP and SIGXCPU ask the run to stop; the run looks here, closes its files and ends.
+!> SIGINT, SIGTERM, SIGHUP and SIGXCPU ask the run to stop; the run looks here, closes its files
+!! and ends.
 !!
 !! A run that does not look for a second, inside a factorisation say, is ended from the alarm's
 !! handler: between `begin_writing` and `end_writing` the handler waits, at all other times the
@@ -19,7 +20,7 @@ module signals
   integer(c_int), parameter :: signal_pipe = 13_c_int !! SIGPIPE
   integer(c_int), parameter :: signal_alarm = 14_c_int !! SIGALRM
   integer(c_int), parameter :: signal_terminate = 15_c_int !! SIGTERM
-  integer(c_int), parameter :: signal_time = 24_c_int !! SIGXCPU, from `ulimit -St` and batch systems
+  integer(c_int), parameter :: signal_time = 24_c_int !! SIGXCPU: `ulimit -St`
   integer(c_int), parameter :: signal_file_size = 25_c_int !! SIGXFSZ
   integer(c_intptr_t), parameter :: ignore = 1_c_intptr_t !! SIG_IGN
   integer(c_int), parameter :: standard_error = 2_c_int !! its descriptor

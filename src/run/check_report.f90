@@ -24,8 +24,8 @@ module check_report
 contains
 
   !> Counts, notes, gaps, bodies that nothing or contact alone holds, coarse facets, locking, moved
-  !! nodes, and what a run will take. Bodies are found, points get their facets, and the matrix of the
-  !! bulk is made and analysed, not factorised.
+  !! nodes, and what a run will take. Bodies are found, points get their facets, and the matrix of
+  !! the bulk is made and analysed, not factorised.
   subroutine print_check(commands, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
@@ -68,8 +68,8 @@ contains
       call estimate_run(model, system, count_steps(commands), estimate)
       call tell_estimate(estimate, context%terminal)
       if (estimate%memory > memory_left()) call context%monitor%warning('the run may need more '// &
-        'memory than the '//memory_text(memory_left())//' that there are: make the mesh coarser, '// &
-        'or let ./mfec-petsc share it (make PETSC=1)')
+        'memory than the '//memory_text(memory_left())//' that there are: make the mesh '// &
+        'coarser, or let ./mfec-petsc share it (make PETSC=1)')
     end associate
   end subroutine print_check
 

@@ -178,12 +178,12 @@ contains
     seconds = estimate%once/estimate%rate + real(estimate%end_times, wp)*one
     if (terminal%json) call print_record('estimate', item('unknowns', estimate%unknowns)// &
       item('interface_unknowns', estimate%interface)//item('form', &
-      trim(merge('condensed', 'full     ', estimate%condensed)))//item('factor_bytes', estimate%factor)// &
-      item('operator_bytes', estimate%operator)//item('memory_bytes', estimate%memory)// &
-      item('results_bytes', estimate%results)//item('operations_once', estimate%once)// &
-      item('operations_increment', estimate%increment)//item('end_times', estimate%end_times)// &
-      item('operations_a_second', estimate%rate)//item('seconds_increment', one)// &
-      item('seconds', seconds))
+      trim(merge('condensed', 'full     ', estimate%condensed)))// &
+      item('factor_bytes', estimate%factor)//item('operator_bytes', estimate%operator)// &
+      item('memory_bytes', estimate%memory)//item('results_bytes', estimate%results)// &
+      item('operations_once', estimate%once)//item('operations_increment', estimate%increment)// &
+      item('end_times', estimate%end_times)//item('operations_a_second', estimate%rate)// &
+      item('seconds_increment', one)//item('seconds', seconds))
     call print_line(terminal, 'memory    about '//memory_text(estimate%memory)//': factors '// &
       memory_text(estimate%factor)//' for '//to_text(estimate%unknowns)//' unknowns, contact '// &
       'operator '//memory_text(estimate%operator)//' for '//to_text(estimate%interface)// &

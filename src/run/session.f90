@@ -253,11 +253,12 @@ contains
 
     last = context%state%step
     associate (output => context%model%output)
-      if (error%code == exit_deck .or. output%state == state_none .or. any( &
-        context%model%pairs%mortar) .or. last - mod(last, max(1, output%every)) <= states%step) return
+      if (error%code == exit_deck .or. output%state == state_none) return
+      if (any(context%model%pairs%mortar)) return
+      if (last - mod(last, max(1, output%every)) <= states%step) return
     end associate
-    error%message = error%message//new_line('a')//'  to go on from the last state that is kept: '// &
-      'the same command with --restart '//states%base//'.vtkhdf'
+    error%message = error%message//new_line('a')//'  to go on from the last state that is '// &
+      'kept: the same command with --restart '//states%base//'.vtkhdf'
   end subroutine advise_restart
 
   !> Reports what derivatives do not know of the scene, which is built for it on a copy: a check

@@ -19,7 +19,8 @@ module condensed_bodies
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_all, foresee_body, begin_influence, number_candidates, load_candidates, free_condensed
+  public :: condense_all, foresee_body, begin_influence, number_candidates, load_candidates, &
+    free_condensed
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
   real(wp), parameter :: large_factor = 1.0e9_wp
