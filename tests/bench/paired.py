@@ -38,8 +38,8 @@ SEGMENT_LIMIT = (
     'share (mesh, factors of the bodies, recovery of the interior) is the smaller part. No cost stands '
     'out any more.')
 MORTAR_LIMIT = (
-    'MORTar weighs its nodes and forms their compliance anew three to seven times an increment, as '
-    'long as the weights move; GTOS finds its contact points within the iteration.')
+    'MORTar forms the compliance of its nodes once an increment; what is left are four to five '
+    'rounds, which weigh the nodes anew, and cutting the facets.')
 BEST_LIMIT = (
     'The factors of the two bodies are bound by the speed of products, and CalculiX, whose '
     'iterations wait for the memory, loses less on a processor that multiplies slowly: on one that '
@@ -85,7 +85,11 @@ class Row:
 
 
 MAKERS = {**jobs.MAKERS, 'cube_force': scenes.forced_cube, 'cubes_27': scenes.loose_cubes,
-          'disc_neo': scenes.turning_disc}
+          'disc_neo': scenes.turning_disc, 'punch_ten': scenes.punch,
+          'cube_press': lambda n: scenes.sliding_cube(n, increments=(10,), way=0.0),
+          'cube_partial': lambda n: scenes.sliding_cube(n, friction=0.9, increments=(2, 10),
+                                                        way=0.002)}
+NODES = {'method': 'MORTar', 'other_method': 'GTOS'}
 LOOSE = (('FRICtion COULomb 0.5\n', 'FRICtion COULomb 0.5\n' + scenes.JOINTS),)
 UMFPACK = dict(scene='cubes_27', method='GTOS', changes=LOOSE, other='cubes_27',
                other_method='GTOS', base=LOOSE, options=('--solver', 'UMFPack'))
@@ -111,6 +115,11 @@ ROWS = (
     Row('SEGMent against NTOS', 12, 2.5, method='SEGMent', shares=6, why=SEGMENT_LIMIT),
     Row('GTOS against NTOS', 12, 1.8, method='GTOS'),
     Row('MORTar against GTOS', 12, 2.0, method='MORTar', other_method='GTOS', why=MORTAR_LIMIT),
+    Row('MORTar against GTOS, pressed', 12, 1.5, scene='cube_press', other='cube_press', **NODES),
+    Row('MORTar against GTOS, partial slip', 12, 1.5, scene='cube_partial', other='cube_partial',
+        **NODES),
+    Row('MORTar against GTOS, T10 punch', 8, 1.5, scene='punch_ten', other='punch_ten',
+        method='MORTar', other_method='GTOS 6'),
     Row('force control against displacement control', 12, 2.5, scene='cube_force'),
     Row('27 cubes, AUTO against UMFPACK', 4, 1.2, **UMFPACK),
     Row('27 cubes, AUTO against UMFPACK', 8, 0.2, **UMFPACK),

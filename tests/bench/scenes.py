@@ -243,6 +243,32 @@ def hertz(size, increments=4, ten=False):
                'radius': radius})
 
 
+def punch(n, radius=4.0, depth=0.06, way=0.012, increments=(4, 8)):
+    """A paraboloid of ten-node tetrahedra is pressed on a block and sheared: partial slip."""
+    mesh, across = Mesh(), np.linspace(-1, 1, n + 1)
+    layers = np.linspace(0, 1, n//2 + 1)
+
+    def lifted(points):
+        rise = (points[:, 0]**2 + points[:, 1]**2)/(2*radius)
+        return points + np.outer(rise*(1 - points[:, 2]), (0, 0, 1))
+
+    cap = mesh.box('cap', across, across, layers, lifted)
+    wide = np.linspace(-1.3, 1.3, n + 2)
+    base = mesh.box('base', wide, wide, layers - 1)
+    mesh.surfaces['sole'], mesh.surfaces['track'] = cap.face(-1), base.face(1)
+    flat = mesh.nodes.copy()  # where the cap was before it was lifted
+    flat[:cap.nodes.size, 2] = heights(cap, layers, cap.nodes.ravel(order='F'))
+    flat = np.vstack([flat, mesh.add_middles(flat, lambda middles, pairs: np.where(
+        pairs[:, :1] <= cap.nodes.size, lifted(middles), middles))])
+    for name, height in (('top', 1), ('ground', -1)):
+        mesh.node_sets[name] = 1 + np.flatnonzero(abs(flat[:, 2] - height) < 1e-9)
+    return Scene(
+        name='punch_ten', size=n, mesh=mesh, young=1000.0, poisson=0.3, increments=increments,
+        fixed={'top': (1, 2, 3), 'ground': (1, 2, 3)},
+        moved=[('top', 3, -depth, (1, 1)), ('top', 1, way, (0, 1))],
+        contact=Contact('sole', 'track', 2e4, 0.3), watched='top')
+
+
 def heights(box, depth, numbers):
     """The plane in which each node of a box was before it was mapped."""
     plane = np.broadcast_to(np.asarray(depth), box.nodes.shape).ravel(order='F')

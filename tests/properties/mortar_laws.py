@@ -89,3 +89,20 @@ class MortarLaws:
             r = self.run(deck, out=f'factor{factor}')
             gaps.append(max(abs(r.only(k)['F3'] - mortar.only(k)['F3'])/mortar.only(k)['F3'] for k in r.con))
         self.true(f'distances {gaps}', gaps[1] < 0.3*gaps[0] and gaps[1] < 0.01)
+
+    def test_steady_sliding_does_not_pay_twice(self):
+        """Compliance and factors serve an increment, and few rounds settle the weights."""
+        r = self.input('mortar_blocks')
+        costs, steps = r.costs(), len(r.con)
+        self.true(f'compliances: {costs}', steps <= costs['compliances of multipliers'] <= 2*steps)
+        self.true(f'factors: {costs}', costs['dense factorisation'] <= 4*steps)
+        self.true(f'rounds: {costs}', costs['rounds of multipliers'] <= 8*steps)
+        self.true(f'weighed: {costs}', costs['multipliers weighed'] <= 30*(costs['rounds of multipliers'] + 4*steps))
+
+    def test_a_stack_is_held_by_friction(self):
+        """Bodies that contact alone holds find their friction from nothing."""
+        deck = self.edited('gallery/stack_on_slope', (r'GTOS    ', 'MORTar  '), (r'    PENAlty  AUTO\n', ''))
+        r = self.run(deck)
+        self.true('no cut', b' 0 cuts' in r.text('.log'))
+        for name, weight in (('first_on_slope', 3), ('second_on_first', 2), ('third_on_second', 1)):
+            self.near(name, r.con[4][name]['F3'], weight, 1e-9)

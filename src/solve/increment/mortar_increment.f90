@@ -23,19 +23,22 @@ module mortar_increment
   use force_scales, only: force_scale
   use costs, only: begin_cost, end_cost, count_cost, cost_rounds, cost_weighed, &
     cost_node_compliance, cost_dense_factor, cost_modified_newton
+  use solution_settings, only: tol_energy, tol_residual
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, state_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: solve_mortar
 
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
-  !> The compliance serves on while two rounds leave no more than this share: what weights and forces
-  !! lack comes down in turn, so that one round tells little.
-  real(wp), parameter :: serves = 0.5_wp
+  !> The compliance serves on while two rounds leave no more than this share: what weights and
+  !! forces lack comes down in turn, so that one round tells little.
+  real(wp), parameter :: compliance_serves = 0.5_wp
   !> What the law may lack at the end, over the forces: this share of the root of TOL. Nodes are in
   !! balance to round-off after each round.
   real(wp), parameter :: law_share = 0.1_wp
@@ -72,7 +75,7 @@ contains
       if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
-    call restart_points(model, system)
+    call restart_points(model, system%costs, system%position)
     call move_targets(model, system, 0.0_wp, changes)
     call restore_forces(system%condensed)
     if (system%condensed%rigid%modes > 0) call find_defects(system)
@@ -113,10 +116,10 @@ contains
         call return_to_balance(model, system, settings, unknowns, left, allowed)
         if (left <= allowed .and. changes == 0) then
           progress%outcome = outcome_converged
-          call show_all(model, system)
+          call show_all(model, system%contact, system%place)
           return
         end if
-        same = left <= serves*earlier
+        same = left <= compliance_serves*earlier
         earlier = before
         before = left
       end if
@@ -186,7 +189,7 @@ contains
     call anchor_mortar(model, system, unknowns)
     left = norm2([norm2(system%contact_force - before), what_is_left(unknowns, &
       local_forces(model, unknowns), system%condensed%rigid%alpha)])
-    allowed = max(max(settings%residual_tolerance, law_share*sqrt(settings%energy_tolerance)) &
+    allowed = max(max(settings%asked(tol_residual), law_share*sqrt(settings%asked(tol_energy))) &
       *max(norm2(before), force_scale(system)), &
       round_off(unknowns, maxval(abs(system%position%x_now))))
   end subroutine return_to_balance
@@ -207,14 +210,15 @@ contains
   end subroutine move_bodies
 
   !> Points show what the multipliers around them do.
-  subroutine show_all(model, system)
+  subroutine show_all(model, contact, place)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! contact elements: status
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets status
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
     do k = 1, size(model%pairs)
-      call show_points(model%pairs(k), system%contact%status(system%place%first_point(k): &
-        system%place%first_point(k + 1) - 1))
+      call show_points(model%pairs(k), contact%status(place%first_point(k): &
+        place%first_point(k + 1) - 1))
     end do
   end subroutine show_all
 

@@ -20,7 +20,7 @@ module mortar_newton
   !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
   real(wp), parameter :: no_pivot = 1.0e-10_wp, soft = 1.0e-6_wp
   !> A factor serves other steps while each leaves no more than this share.
-  real(wp), parameter :: serves = 0.1_wp
+  real(wp), parameter :: factor_serves = 0.1_wp
   !> Bodies that touch nothing go this far beyond the nearest gap.
   real(wp), parameter :: beyond = 1.5_wp
 
@@ -132,7 +132,7 @@ contains
         if (free .or. reused .or. measure(next) < measure(now)) exit
         length = 0.5_wp*length
       end do
-      factor%known = measure(next) <= serves*measure(now) .and. .not. free
+      factor%known = measure(next) <= factor_serves*measure(now) .and. .not. free
       if (factor%known .or. .not. reused) now = next
     end do
   end subroutine follow
