@@ -95,7 +95,7 @@ class MortarLaws:
         r = self.input('mortar_blocks')
         costs, steps = r.costs(), len(r.con)
         self.true(f'compliances: {costs}', steps <= costs['compliances of multipliers'] <= 2*steps)
-        self.true(f'factors: {costs}', costs['dense factorisation'] <= 4*steps)
+        self.true(f'factors: {costs}', costs['dense factorisation'] <= 6*steps)
         self.true(f'rounds: {costs}', costs['rounds of multipliers'] <= 8*steps)
         self.true(f'weighed: {costs}', costs['multipliers weighed'] <= 30*(costs['rounds of multipliers'] + 4*steps))
 

@@ -32,6 +32,7 @@ module mortar_system
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap without contact forces [length]
     real(wp), allocatable :: compliance(:, :) !! (3 n, 3 n) G, what they are by a force
     !! [length/force]
+    real(wp), allocatable :: stiff(:) !! (n) compliance along supported axes, 0 for none
     real(wp), allocatable :: motion(:, :) !! (3 n, modes) by rigid motions of the bodies
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
@@ -76,14 +77,21 @@ contains
     type(model_t), intent(in) :: model !! pairs with their multipliers, the same as before
     type(system_t), intent(in) :: system !! where forces and motions so far have put the bodies
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap, motion, push, cones
+    integer :: i
 
     call find_gaps(model, system, system%position%x_now, unknowns)
     call find_motions(system%condensed, unknowns)
-    unknowns%gap = unknowns%gap - matmul(unknowns%compliance, local_forces(model, unknowns))
-    associate (alpha => system%condensed%rigid%alpha)
-      if (size(alpha) > 0) unknowns%gap = unknowns%gap - matmul(unknowns%motion, alpha)
-    end associate
     call drop_supported(system%equation, unknowns)
+    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
+      unknowns%gap = unknowns%gap - matmul(unknowns%compliance, z)
+      if (size(alpha) > 0) unknowns%gap = unknowns%gap - matmul(unknowns%motion, alpha)
+      do i = 1, unknowns%n
+        associate (own => unknowns%gap(3*i - 2:3*i), mine => z(3*i - 2:3*i))
+          own = own + unknowns%stiff(i)*(mine - matmul(across(system%equation(:, &
+            unknowns%rows%node(i)) > 0, unknowns%rows%frame(:, :, i)), mine))
+        end associate
+      end do
+    end associate
     call take_cones(model, unknowns)
   end subroutine anchor_mortar
 
@@ -341,20 +349,21 @@ contains
   pure subroutine drop_compliance(equation, unknowns)
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
     type(mortar_system_t), intent(inout) :: unknowns !! compliance loses what supports carry
-    real(wp) :: q(3, 3), stiff
+    real(wp) :: q(3, 3)
     integer :: i, k
 
+    unknowns%stiff = spread(0.0_wp, 1, unknowns%n)
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
         if (all(free)) cycle
         q = across(free, unknowns%rows%frame(:, :, i))
-        stiff = maxval([(unknowns%compliance(r + k, r + k), k=0, 2)])
+        unknowns%stiff(i) = maxval([(unknowns%compliance(r + k, r + k), k=0, 2)])
         unknowns%compliance(r:r + 2, :) = matmul(q, unknowns%compliance(r:r + 2, :))
         unknowns%compliance(:, r:r + 2) = matmul(unknowns%compliance(:, r:r + 2), q)
         do k = 1, 3
           associate (own => unknowns%compliance(r:r + 2, r + k - 1))
-            own = own - stiff*q(:, k)
-            own(k) = own(k) + stiff
+            own = own - unknowns%stiff(i)*q(:, k)
+            own(k) = own(k) + unknowns%stiff(i)
           end associate
         end do
       end associate
