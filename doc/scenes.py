@@ -205,7 +205,7 @@ SCENES = [
      [('bodies:mises', 5, (-80.0, 14.0)), ('bodies:mises', -1, (-80.0, 14.0))], None, ironing_deep,
      'Ironing of a rubber strip',
      'An exact cylinder is pressed into a strip by a sixth of its thickness and drawn over it. '
-     'The reference is the energy that friction takes over the way of the tool: elastic rubber gives '
+     'The reference is the energy that friction takes over the path of the tool: elastic rubber gives '
      'back the rest.'),
     ('stack', 'gallery/stack_on_slope', [],
      [('bodies:mises', -1, FRONT), ('master:pressure:first_on_slope', -1, None)], None, stack_on_slope,
