@@ -9,6 +9,7 @@ edges left out, with arrows of what is held, moved and loaded, and the dimension
 """
 import argparse
 import os
+import re
 import runpy
 import sys
 import tempfile
@@ -277,8 +278,9 @@ def sketch(path, target):
     for tint, line, codes in picture.fills():
         one.add_patch(drawings.matplotlib.patches.PathPatch(
             drawings.matplotlib.path.Path(line, codes), fc=tint, ec=tint, lw=0.4))
-    one.add_collection(drawings.matplotlib.collections.LineCollection(
-        [np.round(piece, 6) for piece in picture.edges()], colors='0.15', linewidths=0.7, capstyle='round'))
+    pieces = np.array(list(picture.edges())).reshape(-1, 2)
+    one.add_patch(drawings.matplotlib.patches.PathPatch(drawings.matplotlib.path.Path(
+        pieces, np.tile([1, 2], len(pieces)//2)), fc='none', ec='0.15', lw=0.7, capstyle='round'))
     one.plot(*picture.flat[np.unique(picture.facets), :2][[0, -1]].T, alpha=0)
     for place, vector, colour in arrows:
         end, start = place@picture.axes.T, (place - vector)@picture.axes.T
@@ -294,6 +296,10 @@ def sketch(path, target):
     for k, (word, colour) in enumerate(words):
         one.text(0.01 + 0.17*k, 0.995, word, color=colour, fontsize=8, transform=one.transAxes, va='bottom')
     figure.savefig(target, metadata={'Date': None}, bbox_inches='tight', pad_inches=0.04)
+    with open(target, encoding='utf-8') as stream:
+        text = re.sub(r'(\d\.\d\d)\d+', r'\1', stream.read())  # a hundredth of a point is enough
+    with open(target, 'w', encoding='utf-8') as stream:
+        stream.write(text)
     drawings.plt.close(figure)
 
 
