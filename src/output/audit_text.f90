@@ -285,9 +285,9 @@ contains
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
     case (check_penalty)
-      t = 'without penetration forces are larger where displacements are prescribed, and '// &
-        'these smaller where forces are: write a stiffer PENAlty (AUTO 100 takes a tenth to a third of what '// &
-        'AUTO 10 does), or AUGMent'
+      t = 'without penetration forces are larger where displacements are prescribed, '// &
+        'displacements smaller where forces are: write a stiffer PENAlty (AUTO 100 takes '// &
+        'a tenth to a third of what AUTO 10 does), or AUGMent'
     case (check_answers)
       t = answers_advice
     case (check_moved)
