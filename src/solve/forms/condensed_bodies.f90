@@ -278,42 +278,40 @@ contains
   end subroutine find_influence
 
   !> Numbers the candidates body after body; forces and defects start at zero.
-  subroutine number_candidates(system)
-    type(system_t), intent(inout) :: system !! bodies of condensed given
+  subroutine number_candidates(condensed)
+    type(condensed_t), intent(inout) :: condensed !! bodies of condensed given
     integer :: b, j, n
 
-    associate (condensed => system%condensed)
-      condensed%place = 0
-      n = 0
-      do b = 1, size(condensed%bodies)
-        condensed%bodies(b)%first = n
-        n = n + condensed%bodies(b)%m
-      end do
-      condensed%n = n
-      condensed%alive%n_live = 0
-      condensed%alive%live = [integer ::]
-      condensed%node = spread(0, 1, n)
-      condensed%direction = condensed%node
-      condensed%alive%live_place = condensed%node
-      do b = 1, size(condensed%bodies)
-        associate (body => condensed%bodies(b))
-          body%n_live = 0
-          call drop_live(body)
-          do j = 1, body%m
-            n = body%first + j
-            condensed%node(n) = body%node(body%equation(j))
-            condensed%direction(n) = body%direction(body%equation(j))
-            condensed%place(condensed%direction(n), condensed%node(n)) = n
-          end do
-        end associate
-      end do
-      if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
-      condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
-      condensed%bulk%force = condensed%outer%loaded
-      condensed%bulk%force_change = condensed%outer%loaded
-      condensed%bulk%defect = condensed%outer%loaded
-      call place_modes(condensed)
-    end associate
+    condensed%place = 0
+    n = 0
+    do b = 1, size(condensed%bodies)
+      condensed%bodies(b)%first = n
+      n = n + condensed%bodies(b)%m
+    end do
+    condensed%n = n
+    condensed%alive%n_live = 0
+    condensed%alive%live = [integer ::]
+    condensed%node = spread(0, 1, n)
+    condensed%direction = condensed%node
+    condensed%alive%live_place = condensed%node
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%n_live = 0
+        call drop_live(body)
+        do j = 1, body%m
+          n = body%first + j
+          condensed%node(n) = body%node(body%equation(j))
+          condensed%direction(n) = body%direction(body%equation(j))
+          condensed%place(condensed%direction(n), condensed%node(n)) = n
+        end do
+      end associate
+    end do
+    if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+    condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
+    condensed%bulk%force = condensed%outer%loaded
+    condensed%bulk%force_change = condensed%outer%loaded
+    condensed%bulk%defect = condensed%outer%loaded
+    call place_modes(condensed)
   end subroutine number_candidates
 
   !> Displacements of the candidates without contact.
@@ -328,14 +326,14 @@ contains
   end subroutine load_candidates
 
   !> Releases all factors.
-  subroutine free_condensed(system)
-    type(system_t), intent(inout) :: system !! condensed is emptied
+  subroutine free_condensed(condensed)
+    type(condensed_t), intent(inout) :: condensed !! condensed is emptied
     integer :: b
 
-    if (.not. allocated(system%condensed%bodies)) return
-    do b = 1, size(system%condensed%bodies)
-      call free_body(system%condensed%bodies(b))
+    if (.not. allocated(condensed%bodies)) return
+    do b = 1, size(condensed%bodies)
+      call free_body(condensed%bodies(b))
     end do
-    system%condensed = condensed_t()
+    condensed = condensed_t()
   end subroutine free_condensed
 end module condensed_bodies
