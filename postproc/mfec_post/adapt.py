@@ -435,7 +435,7 @@ def draw(loops: Sequence[Loop], goals: Sequence[str], wish: float, path: str) ->
             right.legend(fontsize=8)
         left.set(xlabel='elements', ylabel=goals[k])
         right.set(xlabel='elements', ylabel='error')
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=300)
 
 
 def main(given: argparse.Namespace) -> int:
