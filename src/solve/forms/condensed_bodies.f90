@@ -10,6 +10,7 @@ module condensed_bodies
   use ordered_blocks, only: ordered_blocks_t
   use block_matrix, only: multiply
   use back_ends, only: solver_done, solver_out_of_memory
+  use cholmod_solver, only: factor_work
   use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
@@ -18,7 +19,8 @@ module condensed_bodies
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_all, begin_influence, number_candidates, load_candidates, free_condensed
+  public :: condense_all, foresee_body, begin_influence, number_candidates, load_candidates, &
+    free_condensed
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
   real(wp), parameter :: bytes_for_single = 1.0e9_wp
@@ -116,6 +118,33 @@ contains
     end if
     ready = outcome == solver_done
   end subroutine begin_body
+
+  !> What a body will cost, by the analysis of its matrix, which goes again.
+  subroutine foresee_body(system, b, needed, work, entries, m)
+    type(system_t), intent(inout) :: system !! bodies and candidates of condensed
+    integer, intent(in) :: b !! the body
+    real(wp), intent(out) :: needed !! memory of factor and compliance [byte]
+    real(wp), intent(out) :: work !! products and sums of the factor and of the compliance
+    real(wp), intent(out) :: entries !! of the factor
+    integer, intent(out) :: m !! rows of a dense compliance; 0 where the factor stands in for it
+    type(ordered_blocks_t) :: matrix
+    type(cost_t) :: costs
+    real(wp) :: promised
+    logical :: ready
+    integer :: outcome
+
+    work = 0.0_wp
+    entries = 0.0_wp
+    m = 0
+    promised = 0.0_wp
+    call begin_body(system, b, matrix, promised, needed, ready, costs, outcome)
+    associate (body => system%condensed%bodies(b))
+      if (needed > 0.0_wp) call factor_work(body%solver, work, entries)
+      if (needed > 0.0_wp .and. .not. body%tree%used) m = body%m
+      work = work + 2.0_wp/3.0_wp*real(m, wp)**3
+      call free_body(body)
+    end associate
+  end subroutine foresee_body
 
   !> Products with the compliance of a body are all that is asked of it: its bulk is linear,
   !! supports hold it, and neither a study nor derivatives ask for more.

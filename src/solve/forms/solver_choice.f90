@@ -19,7 +19,8 @@ module solver_choice
   use system_parts, only: whole_form_t
   implicit none
   private
-  public :: scene_t, ask_for_solver, choose_solver, decide, decline_condensed, retry_condensed
+  public :: scene_t, ask_for_solver, choose_solver, foresee_choice, decide, decline_condensed, &
+    retry_condensed
 
   !> What of a scene matters to the choice.
   type :: scene_t
@@ -89,6 +90,19 @@ contains
     call take_choice(system%whole%solver, system%whole%choice)
     call monitor%event(reason)
   end subroutine choose_solver
+
+  !> What will be taken as far as is known before anything is factorised.
+  integer function foresee_choice(model, system) result(choice)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(in) :: system !! built
+    integer :: asked
+    character(:), allocatable :: reason
+
+    asked = system%whole%forced
+    if (asked == solver_unknown) asked = merge(solver_reduced, system%whole%asked, &
+      any(model%pairs%mortar))
+    call decide(look_at(model, system), asked, choice, reason)
+  end function foresee_choice
 
   !> AUTO takes the whole system where the condensed form has found no way (doc/theory, "Choice of
   !! the solver"). A study needs its factors.

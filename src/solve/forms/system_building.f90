@@ -20,7 +20,7 @@ module system_building
   use system_parts, only: contact_places_t
   implicit none
   private
-  public :: build_system, outline_system
+  public :: build_system, outline_system, fill_system
 
 contains
 
@@ -31,11 +31,19 @@ contains
     type(state_t), intent(out) :: state !! at rest
 
     call outline_system(model, system, state)
+    call fill_system(model, system)
+  end subroutine build_system
+
+  !> What needs the matrix of the bulk, after the outline.
+  subroutine fill_system(model, system)
+    type(model_t), intent(in) :: model !! the problem
+    type(system_t), intent(inout) :: system !! its outline; filled
+
     system%form = full_form_of_system()
     call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
     call build_bulk(model, system)
-  end subroutine build_system
+  end subroutine fill_system
 
   !> Bodies, equations, and the first targets of the contact points.
   subroutine outline_system(model, system, state)
