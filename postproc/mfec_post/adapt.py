@@ -31,6 +31,8 @@ MOST_RATE = 0.8
 """The mesh of a loop is not believed to be worth less than this."""
 ENOUGH_FACETS = 4.0
 """Facets across the contact from which on its differences say anything."""
+GROWING = 0.1
+"""Part of the penalty's share that contacts which grow may not have in proportion to 1/f."""
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
@@ -113,6 +115,12 @@ def mesh_bar(loop: Loop, change: float, last: Loop, k: int) -> float:
     if last.mesh is not None:
         bars.append(q * last.mesh[k])
     return max(bars)
+
+
+def penalty_bar(share: float, value: float, sticks: bool) -> float:
+    """What may be wrong with the penalty's share of a value (doc/theory, eq. (13.14))."""
+    far = 4 * abs(share) / max(abs(value), 1e-300)
+    return abs(share) * (1.0 if sticks else min(GROWING + far, 1.0))
 
 
 def across_contact(results: Results) -> Optional[float]:
@@ -295,7 +303,7 @@ class Adaptation:
             soft = self.accompany(folder / 'soft', mesh, self.penalty_factor / SOFTER, self.increments)
             share = [(a - b) / (SOFTER - 1) for a, b in zip(loop.raw, soft)]
             loop.values = [a + b for a, b in zip(loop.raw, share)]
-            loop.penalty = [abs(b) * (1.0 if loop.sticks else 0.5) for b in share]
+            loop.penalty = [penalty_bar(b, value, loop.sticks) for b, value in zip(share, loop.values)]
         if last.steps is not None:
             loop.steps = [b * last.increments / loop.increments for b in last.steps]
         elif loop.rubs:

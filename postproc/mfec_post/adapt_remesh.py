@@ -157,7 +157,8 @@ def one_body(old: Bodies, members: NDArray, h: NDArray, corners: NDArray, mask: 
     cells = len(members) + ((old.sizes[members] / h[old.cells[members]].mean(1)) ** 3).sum()
     words = [mmg_program(), '-in', str(path), '-sol', str(folder / 'body.sol'), '-out',
              str(folder / 'new.mesh'), '-v', '0', '-m', f'{200 + 5e-3 * cells:.0f}',
-             '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4', '-hmin', '%.9g' % (0.5 * size.min()), '-hmax', '%.9g' % (2.0 * size.max())]
+             '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4',
+             '-hmin', '%.9g' % (0.5 * size.min()), '-hmax', '%.9g' % (2.0 * size.max())]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0 or not (folder / 'new.mesh').exists():
         raise MeshError('mmg3d has failed: ' + (done.stderr or done.stdout).strip()[-300:])
