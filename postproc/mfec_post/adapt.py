@@ -410,8 +410,9 @@ class Adaptation:
                 continue
             assert loop.mesh is not None and loop.penalty is not None and loop.steps is not None
             digits = max(1, 2 - int(np.floor(np.log10(max(bar, 1e-300) / max(abs(value), 1e-300)))))
-            lines.append(f'{goal.text} = {value:.{digits}g} +- {bar:.2g}    mesh {loop.mesh[k]:.2g}  penalty '
-                         f'{loop.penalty[k]:.2g}  increments {loop.steps[k]:.2g}')
+            parts = [part[k] * (part[k] > bar / 1000) for part in (loop.mesh, loop.penalty, loop.steps)]
+            lines.append(f'{goal.text} = {value:.{digits}g} +- {bar:.2g}    mesh {parts[0]:.2g}  penalty '
+                         f'{parts[1]:.2g}  increments {parts[2]:.2g}')
         return lines
 
     def write_files(self) -> None:
