@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .proof_run import Array, Run, cross
+from .proof_lines import Array
+from .proof_run import Run, cross
 
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 STRAIGHT = 1e-10  # middle nodes that are off by less of the edge are in its middle
@@ -110,6 +111,7 @@ class Bodies:
     def __init__(self, run: Run):
         self.run, self.blocks = run, []
         self.stiffest = 0.0
+        self.small = np.zeros(len(run.x0), bool)  # nodes of bodies in small strain
         for kind, cells in run.cells.items():
             x = run.x0[run.corners[kind]]
             off = np.zeros(len(cells))
@@ -121,6 +123,7 @@ class Bodies:
                 for straight in (True, False):
                     here = (run.material[cells] == number) & ((off <= STRAIGHT) == straight)
                     if here.any() and not material[4]:
+                        self.small[run.corners[kind][here]] = material[0] == 1
                         self.stiffest = max(self.stiffest, material[2])
                         self.blocks.append(Block(run, cells[here], run.corners[kind][here],
                                                  straight, material))
