@@ -8,10 +8,10 @@ module law_neohooke
   use deformation, only: volume_growth, log_one_plus, green_strain
   implicit none
   private
-  public :: neohooke_point, neohooke_points, neohooke_volume, at_once
+  public :: neohooke_point, neohooke_points, neohooke_volume, points_at_once
 
   !> Points that are computed at once.
-  integer, parameter :: at_once = 16
+  integer, parameter :: points_at_once = 16
 
 contains
 
@@ -57,18 +57,18 @@ contains
   pure subroutine neohooke_points(lambda, g, h, p, energy, away, j, turning)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: h(at_once, 3, 3) !! displacement gradients F - I
-    real(wp), intent(out) :: p(at_once, 3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: energy(at_once) !! W [force/length^2]
-    real(wp), intent(out) :: away(at_once, 3, 3) !! F^-T
-    real(wp), intent(out) :: j(at_once) !! det F
-    real(wp), intent(out) :: turning(at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
+    real(wp), intent(in) :: h(points_at_once, 3, 3) !! displacement gradients F - I
+    real(wp), intent(out) :: p(points_at_once, 3, 3) !! stress P_iJ [force/length^2]
+    real(wp), intent(out) :: energy(points_at_once) !! W [force/length^2]
+    real(wp), intent(out) :: away(points_at_once, 3, 3) !! F^-T
+    real(wp), intent(out) :: j(points_at_once) !! det F
+    real(wp), intent(out) :: turning(points_at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
     !! + G d_ik d_JL + this F^-T_iL F^-T_kJ [force/length^2]
-    real(wp) :: growth(at_once), log_j(at_once), share(at_once)
+    real(wp) :: growth(points_at_once), log_j(points_at_once), share(points_at_once)
     real(wp) :: f(3, 3), a(3, 3), strain(3, 3)
     integer :: m, i, k
 
-    do m = 1, at_once
+    do m = 1, points_at_once
       do k = 1, 3
         do i = 1, 3
           f(i, k) = h(m, i, k)
@@ -94,12 +94,12 @@ contains
         end do
       end do
     end do
-    do m = 1, at_once
+    do m = 1, points_at_once
       share(m) = 1.0_wp
       if (j(m) > 0.0_wp) share(m) = 1.0_wp/j(m)
       log_j(m) = log_one_plus(max(growth(m), epsilon(1.0_wp) - 1.0_wp))
     end do
-    do m = 1, at_once
+    do m = 1, points_at_once
       do k = 1, 3
         do i = 1, 3
           a(i, k) = share(m)*away(m, i, k)

@@ -106,10 +106,10 @@ contains
   !> The level of a word, 0 if it is none.
   pure integer function log_level(word) result(level)
     character(*), intent(in) :: word !! brief, normal or full
-    character(6), parameter :: words(3) = [character(6) :: 'brief', 'normal', 'full']
+    character(6), parameter :: levels(3) = [character(6) :: 'brief', 'normal', 'full']
 
-    do level = size(words), 1, -1
-      if (word == words(level)) return
+    do level = size(levels), 1, -1
+      if (word == levels(level)) return
     end do
   end function log_level
 
@@ -135,7 +135,8 @@ contains
   function pair_line(pair) result(line)
     type(pair_t), intent(in) :: pair !! the pair
     character(:), allocatable :: line
-    character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
+    character(10), parameter :: rule_words(0:2) = [character(10) :: 'collinear', 'tensor', &
+      'associated']
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
       count_noun(used_points(pair), 'point')//' against '// &
@@ -150,7 +151,7 @@ contains
     if (maxval(pair%friction%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%friction%mu(1))//' and '// &
         to_text(pair%friction%mu(2))//', slip '// &
-        trim(rules(pair%friction%slip_rule))//law_text(pair%law)
+        trim(rule_words(pair%friction%slip_rule))//law_text(pair%law)
     else
       line = line//', frictionless'
     end if

@@ -27,7 +27,7 @@ module state_fields
   integer, parameter :: part_condensed = 5 !! with the condensed form
   integer, parameter :: part_factor = 6 !! with factors of a bulk that is not linear
   integer, parameter :: part_path = 7 !! always; older files lack it
-  integer, parameter :: part_multiplier = 8 !! with `AUGMent`
+  integer, parameter :: part_state_multiplier = 8 !! with `AUGMent`
   integer, parameter :: part_cells = 9 !! with `SEGMent`
   integer, parameter :: part_slopes = 10 !! with `SENSitivity`
 
@@ -95,7 +95,7 @@ module state_fields
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
     'this way with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
-    'force without a gap, along a1, e x a1 and e of the facet', part_multiplier), &
+    'force without a gap, along a1, e x a1 and e of the facet', part_state_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
     'slave facet of the point, from 1, 0 while it is not in use', part_cells), &
     field_t('weight', stored_real, 3, over_points, '1', &
@@ -142,7 +142,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     select case (field%part)
-    case (part_multiplier)
+    case (part_state_multiplier)
       used = has_multipliers(pair)
     case (part_cells)
       used = pair%segmented

@@ -24,7 +24,7 @@ module state_reader
   public :: read_state
 
   !> Root of this part of the file.
-  character(*), parameter :: root = '/state/'
+  character(*), parameter :: state_root = '/state/'
   !> Line end within messages.
   character(1), parameter :: nl = new_line('a')
 
@@ -84,9 +84,9 @@ contains
     integer, allocatable :: steps(:)
     integer :: dims(3), rank, slot, bound
 
-    call series_shape(file, root//'step', dims, rank)
+    call series_shape(file, state_root//'step', dims, rank)
     allocate (steps(dims(1)), source=0)
-    call read_block(file, root//'step', steps, 1, trouble)
+    call read_block(file, state_root//'step', steps, 1, trouble)
     bound = steps(last)
     do
       slot = maxloc(steps, 1, mask=steps > 0 .and. steps < bound)
@@ -177,9 +177,9 @@ contains
     integer :: dims(3), rank
 
     slot = 0
-    call series_shape(file, root//'step', dims, rank)
+    call series_shape(file, state_root//'step', dims, rank)
     allocate (steps(dims(1)), source=0)
-    call read_block(file, root//'step', steps, 1, error)
+    call read_block(file, state_root//'step', steps, 1, error)
     if (allocated(error)) then
       call raise(error, exit_deck, 'error: the states in '//file%path//' cannot be read: '// &
         'the file is damaged or cut off'//nl//'  run the deck anew, or restart from a copy')
@@ -243,7 +243,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: step(1), i
 
-    call read_block(file, root//'step', step, slot, error)
+    call read_block(file, state_root//'step', step, slot, error)
     if (allocated(error)) return
     state%step = step(1)
     file%sum = state_mark(state%step)
@@ -277,7 +277,7 @@ contains
     integer, allocatable :: dims(:)
     integer :: counts(6), found(3), rank
 
-    path = root//trim(field%name)
+    path = state_root//trim(field%name)
     if (is_optional(field)) then
       if (entries_of(file, path) < slot) return
     end if
@@ -324,7 +324,7 @@ contains
     integer :: written(2), found(2)
 
     found = transfer(file%sum, found)
-    call read_block(file, root//'checksum', written, slot, error)
+    call read_block(file, state_root//'checksum', written, slot, error)
     if (allocated(error)) return
     if (any(written /= found)) call raise(error, exit_deck, 'the sum over the state of step '// &
       to_text(step)//' is not the one that was written')

@@ -12,7 +12,7 @@ module body_turns
     mean_rotation
 
   !> Steps of the iteration for a rotation, which doubles its digits in each.
-  integer, parameter :: most_steps = 40
+  integer, parameter :: most_turn_steps = 40
 
 contains
 
@@ -144,7 +144,7 @@ contains
       return
     end if
     next = h/maxval(abs(h))
-    do step = 1, most_steps
+    do step = 1, most_turn_steps
       if (determinant(next) <= tiny(1.0_wp)) return
       call invert(next, inverse, det)
       change = maxval(abs(0.5_wp*(next + transpose(inverse)) - next))

@@ -21,7 +21,7 @@ module condensed_bodies
   public :: condense_all, begin_influence, number_candidates, load_candidates, free_condensed
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
-  real(wp), parameter :: large_factor = 1.0e9_wp
+  real(wp), parameter :: bytes_for_single = 1.0e9_wp
   !> Threads begin to share the largest factor at this part of the share that is foreseen: what is
   !! shared too early costs little, a thread that waits all of its time.
   real(wp), parameter :: early = 0.7_wp
@@ -199,7 +199,7 @@ contains
       system%condensed%bodies(b), costs, outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
-      large = needed_bytes(system%condensed%bodies(b)) > large_factor
+      large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
       if ((gives .or. large) .and. .not. system%condensed%bodies(b)%tree%used) &
         call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if

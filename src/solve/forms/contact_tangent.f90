@@ -33,7 +33,7 @@ module contact_tangent
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
-  integer, parameter :: most_columns = 6
+  integer, parameter :: most_element_columns = 6
   !> Rows of the whole form over those of the other, at most: there are several of these for each of
   !! them where it is taken.
   integer, parameter :: most_whole = 2
@@ -158,9 +158,9 @@ contains
     integer :: e, i, rank
 
     if (.not. allocated(tangent%owner)) then
-      allocate (tangent%owner(most_columns*size(tangent%element)), &
-        tangent%u(size(tangent%s, 1), most_columns*size(tangent%element)), &
-        tangent%v(size(tangent%s, 1), most_columns*size(tangent%element)))
+      allocate (tangent%owner(most_element_columns*size(tangent%element)), &
+        tangent%u(size(tangent%s, 1), most_element_columns*size(tangent%element)), &
+        tangent%v(size(tangent%s, 1), most_element_columns*size(tangent%element)))
     end if
     root = live_roots(condensed)
     tangent%rank = 0
@@ -174,7 +174,8 @@ contains
         if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
           largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
         call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, &
-          tangent%u(:, n + 1:n + most_columns), tangent%v(:, n + 1:n + most_columns), rank)
+          tangent%u(:, n + 1:n + most_element_columns), &
+          tangent%v(:, n + 1:n + most_element_columns), rank)
         tangent%owner(n + 1:n + rank) = tangent%element(e)
         n = n + rank
       end associate

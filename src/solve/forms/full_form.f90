@@ -20,7 +20,7 @@ module full_form
 
   !> Residual over right-hand side that an iterative solver may leave of a next direction, and of a
   !! step with the factor at hand.
-  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, repeated_accuracy = 1.0e-4_wp
+  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, refined_accuracy = 1.0e-4_wp
 
 contains
 
@@ -121,7 +121,7 @@ contains
     logical, intent(out) :: found !! there is one
     integer :: outcome
 
-    system%whole%solver%accuracy = repeated_accuracy
+    system%whole%solver%accuracy = refined_accuracy
     call solve_bordered(system, system%right, system%solution, outcome)
     found = outcome == solver_done
     if (.not. found) return

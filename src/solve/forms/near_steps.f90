@@ -13,7 +13,7 @@ module near_steps
   public :: find_near_direction, find_near_again, judge_nearness, note_near_step
 
   !> Factors are near if a step by them leaves less than this share where there is no contact.
-  real(wp), parameter :: near_share = 0.1_wp
+  real(wp), parameter :: near_factor_share = 0.1_wp
   !> Share of the residual that a step by new factors leaves.
   real(wp), parameter :: new_share = 1.0e-3_wp
 
@@ -79,7 +79,7 @@ contains
           rest(system%equation(condensed%direction(c), condensed%node(c))) = 0.0_wp
         end associate
       end do
-      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_share*start
+      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_factor_share*start
       if (system%form%near) call note_near_step(system, norm2(rest)/start)
     end associate
   end subroutine judge_nearness

@@ -19,7 +19,7 @@ module reused_form
 
   !> Residual over right-hand side that a step with the tangent at hand may leave: a step leaves
   !! such a share anyway, and passes are long.
-  real(wp), parameter :: repeated_accuracy = 1.0e-2_wp
+  real(wp), parameter :: reused_accuracy = 1.0e-2_wp
   !> Residual over forces before an iteration after which the tangent of contact serves on, where
   !! that is all that an iteration forms.
   real(wp), parameter :: close_share = 0.01_wp
@@ -106,7 +106,7 @@ contains
     else
       found = .true.
       system%condensed%norm_before = norm2(system%right)
-      call solve_by_passes(system, system%right, system%solution, left=repeated_accuracy)
+      call solve_by_passes(system, system%right, system%solution, left=reused_accuracy)
     end if
     if (found) call spread_direction(system)
   end subroutine repeat_direction

@@ -26,7 +26,7 @@ module increment_start
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
   !! what it is without.
-  real(wp), parameter :: most_growth = 20.0_wp
+  real(wp), parameter :: most_energy_growth = 20.0_wp
 
 contains
 
@@ -155,7 +155,7 @@ contains
     call start_here(model, system, norm_left)
     call take_along(system)
     call start_here(model, system, norm)
-    taken = norm <= most_growth*norm_left
+    taken = norm <= most_energy_growth*norm_left
     if (taken) return
     system%position%carried = alone
     call move_alloc(system%position%x_alone, system%position%x_ahead)

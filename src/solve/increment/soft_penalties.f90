@@ -20,7 +20,7 @@ module soft_penalties
   !> Each next one is so many times as stiff.
   real(wp), parameter :: stiffening = 10.0_wp
   !> Energy tolerance of all solves but the last: their states are no more than starts.
-  real(wp), parameter :: rough_energy = 1.0e-4_wp
+  real(wp), parameter :: start_energy = 1.0e-4_wp
 
 contains
 
@@ -55,7 +55,7 @@ contains
     model%pairs%history%raise = min(1.0_wp, softest/max(model%pairs%points%relative, softest))
     do
       now = settings
-      if (any(model%pairs%history%raise < 1.0_wp)) now%energy_tolerance = max(rough_energy, &
+      if (any(model%pairs%history%raise < 1.0_wp)) now%energy_tolerance = max(start_energy, &
         settings%energy_tolerance)
       system%place%begun = .false.
       progress = newton_t()

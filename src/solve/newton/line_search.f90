@@ -14,13 +14,13 @@ module line_search
   !> or if it shortens the next simplified direction by this share of its length.
   real(wp), parameter :: sufficient_shortening = 0.25_wp
   !> The shortest step is 2^-8.
-  integer, parameter :: most_halvings = 8
+  integer, parameter :: most_step_halvings = 8
   !> Where there is an energy, it is least along the direction where its slope is this share of that
   !! at the iterate, after so many trials at most,
-  real(wp), parameter :: flat = 0.1_wp
-  integer, parameter :: most_trials = 12
+  real(wp), parameter :: flat_slope = 0.1_wp
+  integer, parameter :: most_lengths = 12
   !> each of which leaves at least this share of the interval out on either side.
-  real(wp), parameter :: least_part = 0.05_wp
+  real(wp), parameter :: left_out_share = 0.05_wp
 
 contains
 
@@ -62,7 +62,7 @@ contains
     length = longest
     du = system%form%direction_norm(system)
     work = system%form%direction_work(system)
-    do halving = 0, most_halvings
+    do halving = 0, most_step_halvings
       call form_trial(system, x, length)
       if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
       next = residual_norm(system)
@@ -82,7 +82,7 @@ contains
       end if
       length = 0.5_wp*length
     end do
-    if (halving > most_halvings) then
+    if (halving > most_step_halvings) then
       length = best_length
       if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, x, length)
@@ -115,13 +115,14 @@ contains
     length = longest
     work_high = system%form%direction_work(system)
     side = 0
-    if (work_high >= -flat*work) return
-    do i = 1, most_trials
+    if (work_high >= -flat_slope*work) return
+    do i = 1, most_lengths
       length = (low*work_high - high*work_low)/(work_high - work_low)
-      length = min(max(length, low + least_part*(high - low)), high - least_part*(high - low))
+      length = min(max(length, low + left_out_share*(high - low)), high &
+        - left_out_share*(high - low))
       call form_trial(system, x, length)
       now = system%form%direction_work(system)
-      if (abs(now) <= flat*abs(work)) exit
+      if (abs(now) <= flat_slope*abs(work)) exit
       if (now > 0.0_wp) then
         low = length
         work_low = now

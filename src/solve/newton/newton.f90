@@ -38,10 +38,10 @@ module newton
 
   !> Iterations in a row without progress after which the natural test is left out of the line
   !! search, and after which the solve has stalled.
-  integer, parameter :: circling = 4, patience = 12
+  integer, parameter :: circling = 4, iterations_without_gain = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! stacks of bodies the search for the points that open uses up some of them.
-  integer, parameter :: most_turns = 6, most_turns_of_stack = 14
+  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
   !> A point has turned back if it had slipped by more than this share of what it slips now: less is
   !! round-off of a solution.
   real(wp), parameter :: least_slip = 1.0e-6_wp
@@ -118,7 +118,8 @@ contains
       progress%outcome = outcome_step_done
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
-    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= patience .and. &
+    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
+      .and. &
       system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
@@ -270,7 +271,7 @@ contains
 
     if (progress%updated) return
     system%contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(system))) &
+    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(system))) &
       system%contact%hold = turned_back(system%contact, least_slip)
     if (any(system%contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held

@@ -27,7 +27,7 @@ module contact_system
   public :: restart_points, move_targets, load_contact, settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
-  real(wp), parameter :: far_away = 1.0_wp
+  real(wp), parameter :: open_radii = 1.0_wp
 
 contains
 
@@ -115,7 +115,7 @@ contains
       if (point%target == 0) return
       list%status(element) = status_open
       call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
-      if (gap > far_away*pair%search_radius) return
+      if (gap > open_radii*pair%search_radius) return
       list%routine(element) = facet_routine(pair, point%target)
       system%place%targets(element) = coupling(pair, p, point%target)
       call place_nodes(pair, p, point%target, element, list)
