@@ -78,6 +78,7 @@ class Judge:
         energy = 0.0
         if len(at):
             self.directions(p, at, s, xi, gap, e, sure)
+        if len(at) or len(p.at) and pair.points == MORTAR:
             energy = self.carried(p, at, s, gap, e, sure)
         self.old, self.x_old = p, x
         return p, energy

@@ -117,7 +117,8 @@ class NodeJudge(Judge):
         depth = np.maximum(0, dot(z, normal))
         c = Carriers(who, -z, np.stack([p1, cross(normal, p1)], 1), depth, slip, slides, weight,
                      np.zeros(len(keys)), np.zeros(len(keys)), np.zeros_like(z), free)
-        self.law(Carriers(**{name: value[closed] for name, value in vars(c).items()}))
+        if closed.any():
+            self.law(Carriers(**{name: value[closed] for name, value in vars(c).items()}))
         tangent = z - dot(z, normal)[:, None] * normal
         self.row = {'active': closed.sum(), 'Fn': dot(z, normal)[closed].sum(),
                     'Ft': np.linalg.norm(tangent[closed], axis=1).sum(),

@@ -58,7 +58,8 @@ contains
 
     if (field%over >= over_near) then
       call make_series(file, group//trim(field%name), field%stored, pack([field%components], &
-        field%components > 1), counts(over_points), trim(field%unit), trim(field%description), error)
+        field%components > 1), counts(over_points), trim(field%unit), trim(field%description), &
+        error)
     else
       call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
         trim(field%unit), trim(field%description), error, blocks)
