@@ -7,12 +7,14 @@ module result_fields
   implicit none
   private
   public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_near, over_closed
+    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory, over_near, &
+    over_closed
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
-  !! after parameter, and those nodes once. Of points with a facet and of closed points there are as
-  !! many at an end time as `host` and `status` say: a row each, one end time behind the other.
+  !! after parameter, and those nodes once; what the points of the bulk remember. Of points with a
+  !! facet and of closed points there are as many at an end time as `host` and `status` say: a row
+  !! each, one end time behind the other.
   integer, parameter :: over_one = 0
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
@@ -20,8 +22,9 @@ module result_fields
   integer, parameter :: over_apex_slopes = 4
   integer, parameter :: over_node_slopes = 5
   integer, parameter :: over_contact_nodes = 6
-  integer, parameter :: over_near = 7
-  integer, parameter :: over_closed = 8
+  integer, parameter :: over_memory = 7
+  integer, parameter :: over_near = 8
+  integer, parameter :: over_closed = 9
 
   !> A field: a data set with one entry for each end time.
   type :: field_t
@@ -39,7 +42,7 @@ contains
   !> Dimensions of an entry.
   pure function field_shape(field, counts) result(dims)
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (6) how many of each there are
+    integer, intent(in) :: counts(:) !! (7) how many of each there are
     integer, allocatable :: dims(:)
 
     dims = [integer ::]
@@ -52,7 +55,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! its group, with a slash at its end
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (6) how many of each there are
+    integer, intent(in) :: counts(:) !! (7) how many of each there are
     integer, intent(in) :: blocks !! entries in a chunk
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
