@@ -8,9 +8,10 @@ module condensed_bodies
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
   use ordered_blocks, only: ordered_blocks_t
-  use block_matrix, only: multiply
-  use back_ends, only: solver_done, solver_out_of_memory
-  use condensed_types, only: condensed_t, body_sums_t
+  use lapack_interface, only: dgetrf, dgetrs
+  use block_matrix, only: block_matrix_t, multiply, find_block
+  use back_ends, only: solver_done, solver_out_of_memory, solver_singular
+  use condensed_types, only: condensed_t, condensed_body_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
     drop_live, free_body, is_worth_sharing, needed_bytes
@@ -106,6 +107,8 @@ contains
     end do
     call prepare_body(system%whole%bulk_matrix, equation, queue, &
       system%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
+    if (outcome == solver_done .and. is_shifted(system%condensed)) &
+      matrix%doubled(system%condensed%bodies(b)%equation) = .true.
     if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
     !$omp atomic capture
     promised = promised + needed
@@ -192,11 +195,13 @@ contains
 
     from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
     call factorise_body(system%whole%bulk_matrix, matrix, system%condensed%bodies(b), &
-      .not. system%bulk%linear, costs, outcome, from)
+      .not. (system%bulk%linear .or. system%condensed%exact), costs, outcome, from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%rigid%x, &
       system%condensed%bodies(b), costs, outcome, from)
+    if (outcome == solver_done .and. is_shifted(system%condensed)) call take_shift_out( &
+      system%whole%bulk_matrix, system%condensed%bodies(b), outcome)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
       large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
@@ -204,6 +209,44 @@ contains
         call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
+
+  !> A tangent that must answer by itself was not positive definite: springs on the candidates make
+  !! it so, and are taken out of the compliance.
+  pure logical function is_shifted(condensed) result(shifted)
+    type(condensed_t), intent(in) :: condensed !! refusals
+
+    shifted = condensed%exact .and. condensed%refusals > 0
+  end function is_shifted
+
+  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20). Pins
+  !! stay: they are springs that the motions of the body know of.
+  subroutine take_shift_out(blocks, body, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    type(condensed_body_t), intent(inout) :: body !! compliance with springs given; without them
+    integer, intent(out) :: outcome !! done or singular
+    real(wp), allocatable :: matrix(:, :)
+    integer :: i, j, info, pivot(body%m)
+
+    outcome = solver_done
+    if (body%m == 0) return
+    allocate (matrix(body%m, body%m))
+    do i = 1, body%m
+      body%compliance(i, i + 1:) = body%compliance(i + 1:, i)
+    end do
+    do j = 1, body%m
+      associate (node => body%node(body%equation(j)), k => body%direction(body%equation(j)))
+        matrix(:, j) = 0.0_wp
+        if (.not. any(body%pin_node == node .and. body%pin_direction == k)) matrix(:, j) = &
+          -body%compliance(:, j)*blocks%val(k, k, find_block(blocks, node, node))
+        matrix(j, j) = matrix(j, j) + 1.0_wp
+      end associate
+    end do
+    call dgetrf(body%m, body%m, matrix, body%m, pivot, info)
+    if (info /= 0) outcome = solver_singular
+    if (info == 0) call dgetrs('N', body%m, body%m, matrix, body%m, pivot, body%compliance, &
+      body%m, info)
+    body%diagonal = [(abs(body%compliance(i, i)), i=1, body%m)]
+  end subroutine take_shift_out
 
   !> Displacements inside will seldom be asked for: sums do at most end times, as they do not where
   !! contact may press on a support.

@@ -7,8 +7,13 @@ module mortar_increment
   use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history, take_forces, show_points
-  use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
-  use mortar_newton, only: mortar_result_t, solve_multipliers
+  use mortar_system, only: mortar_system_t, build_mortar, take_gaps, spread_multipliers, &
+    local_forces
+  use mortar_newton, only: mortar_result_t, solve_multipliers, what_is_left
+  use mortar_bulk, only: linearise_bulk, hold_bulk, move_bulk, is_in_balance
+  use back_ends, only: solver_done
+  use bulk_term, only: return_bulk, form_bulk_force
+  use residuals, only: residual_norm
   use mortar_touch, only: find_touched, place_new
   use elmlib, only: routine_none
   use element_types, only: status_open
@@ -16,7 +21,7 @@ module mortar_increment
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, place_candidates
   use touch_path, only: touch_none, touch_waits
-  use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular, &
+  use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, outcome_stalled, outcome_singular, &
     outcome_restless, outcome_stopped, outcome_memory
   use signals, only: stop_requested
   use parallel, only: any_rank
@@ -26,6 +31,9 @@ module mortar_increment
   private
   public :: solve_mortar
 
+  !> What the law may lack where the bulk is in balance, over the largest force: this share of the
+  !! root of TOL.
+  real(wp), parameter :: law_share = 0.1_wp
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
@@ -48,7 +56,7 @@ contains
     logical :: waits, touched, foretold
     integer :: changes, k
 
-    if (system%form%knows_inside) then
+    if (.not. (system%condensed%active .or. system%condensed%preconditions)) then
       progress%outcome = outcome_memory
       return
     end if
@@ -65,14 +73,116 @@ contains
     end do
     call restart_points(model, system)
     call move_targets(model, system, 0.0_wp, changes)
-    call restore_forces(system%condensed)
-    call follow_weights(model, system, waits, time, settings, monitor, progress)
+    if (system%bulk%linear) call restore_forces(system%condensed)
+    call follow(model, system, waits, time, settings, monitor, progress)
     if (.not. waits .or. progress%outcome /= outcome_converged) return
     call find_touched(model, system, touched)
     if (.not. touched) return
     call monitor%detail('  slave nodes have touched first in this increment: friction from there')
-    call follow_weights(model, system, .false., time, settings, monitor, progress)
+    call follow(model, system, .false., time, settings, monitor, progress)
   end subroutine solve_mortar
+
+  !> Rounds of either kind of bulk.
+  subroutine follow(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+
+    if (system%bulk%linear) then
+      call follow_weights(model, system, waits, time, settings, monitor, progress)
+    else
+      call follow_bulk(model, system, waits, time, settings, monitor, progress)
+    end if
+  end subroutine follow
+
+  !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk and
+  !! law are in balance with these.
+  subroutine follow_bulk(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(mortar_system_t) :: unknowns
+    real(wp) :: change, cut_at(3, size(system%u, 2))
+    integer :: round, changes
+    logical :: balanced
+
+    changes = 0
+    cut_at = system%position%x_ahead
+    system%form%near = .false.
+    call return_bulk(model%mesh%x, system)
+    call form_bulk_force(model%mesh%x, system)
+    do round = 1, most_rounds
+      progress%outcome = outcome_restless
+      call load_contact(model, system)
+      call couple_condensed(system)
+      call weigh_all(model, system, waits, change)
+      call hold_bulk(system)
+      call take_gaps(model, system, unknowns)
+      associate (z => local_forces(model, unknowns))
+        call spread_multipliers(unknowns, z, system)
+        call system%form%gather(system, 0.0_wp, .false.)
+        balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
+        if (round > 1 .and. changes == 0 .and. balanced .and. what_is_left(unknowns, z) <= law_share &
+          *sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)])) progress%outcome = &
+          outcome_converged
+      end associate
+      if (progress%outcome == outcome_converged) exit
+      call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
+      if (progress%outcome /= outcome_restless) return
+      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      if (progress%outcome == outcome_stopped) return
+      changes = 0
+      if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) cycle
+      call move_targets(model, system, settings%extrapolation, changes)
+      cut_at = system%position%x_now
+    end do
+    if (progress%outcome == outcome_converged) call show_all(model, system)
+  end subroutine follow_bulk
+
+  !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
+  subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(system_t), intent(inout) :: system !! u and forces of contact
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    type(mortar_system_t) :: unknowns
+    type(mortar_result_t) :: result
+    integer :: outcome
+    real(wp) :: share
+
+    call linearise_bulk(system, model%mesh%x, outcome)
+    if (outcome /= solver_done) progress%outcome = outcome_stalled
+    if (outcome /= solver_done) return
+    call build_mortar(model, system, unknowns)
+    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
+      if (system%condensed%refusals == 0) then
+        call solve_multipliers(unknowns, z, alpha, result)
+      else
+        ! what a compliance that is not definite makes of z alone says nothing of status
+        call solve_multipliers(unknowns, z, alpha, result, gap)
+      end if
+    end associate
+    call take_result(model, unknowns, result, progress)
+    if (progress%outcome /= outcome_converged) return
+    call spread_multipliers(unknowns, result%force, system)
+    system%condensed%rigid%alpha = result%motion
+    call move_bulk(system, model%mesh%x, share)
+    system%position%x_now = model%mesh%x + system%u
+    if (allocated(system%contact%reached)) deallocate (system%contact%reached)
+    progress%outcome = merge(outcome_restless, outcome_inverted, share > 0.0_wp)
+    result%left = residual_norm(system)
+    call tell(time, result, progress, monitor)
+  end subroutine solve_bulk_round
 
   !> Rounds until the weights stay.
   subroutine follow_weights(model, system, waits, time, settings, monitor, progress)
@@ -185,22 +295,11 @@ contains
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_system_t) :: unknowns
     type(mortar_result_t) :: result
-    integer :: k
 
     call build_mortar(model, system, unknowns)
     associate (condensed => system%condensed)
       call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
-      progress%solves = progress%solves + max(1, result%steps)
-      progress%outcome = outcome_stalled
-      if (result%singular) progress%outcome = outcome_singular
-      if (result%converged) progress%outcome = outcome_converged
-      do k = 1, size(model%pairs)
-        associate (own => unknowns%start(k) + 1, end => unknowns%start(k + 1))
-          call take_forces(result%force(3*own - 2:3*end), result%gap(3*own - 2:3*end), &
-            result%closed(own:end), result%slips(own:end), result%criterion(own:end), &
-            model%pairs(k)%nodes)
-        end associate
-      end do
+      call take_result(model, unknowns, result, progress)
       call spread_multipliers(unknowns, result%force, system)
       condensed%rigid%alpha = result%motion
       condensed%rigid%imbalance = 0.0_wp
@@ -211,6 +310,27 @@ contains
     end associate
     call tell(time, result, progress, monitor)
   end subroutine solve_round
+
+  !> Hands forces and status to the multipliers of the pairs, and says how the solve ended.
+  subroutine take_result(model, unknowns, result, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(mortar_system_t), intent(in) :: unknowns !! which belong to which
+    type(mortar_result_t), intent(in) :: result !! of the round
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    integer :: k
+
+    progress%solves = progress%solves + max(1, result%steps)
+    progress%outcome = outcome_stalled
+    if (result%singular) progress%outcome = outcome_singular
+    if (result%converged) progress%outcome = outcome_converged
+    do k = 1, size(model%pairs)
+      associate (own => unknowns%start(k) + 1, end => unknowns%start(k + 1))
+        call take_forces(result%force(3*own - 2:3*end), result%gap(3*own - 2:3*end), &
+          result%closed(own:end), result%slips(own:end), result%criterion(own:end), &
+          model%pairs(k)%nodes)
+      end associate
+    end do
+  end subroutine take_result
 
   !> Reports a round.
   subroutine tell(time, result, progress, monitor)
