@@ -61,7 +61,8 @@ contains
     call condense_all(system, wanted, outcome)
     if (allocated(values)) call move_alloc(values, system%whole%bulk_matrix%val)
     call mark_turns(system%condensed%rigid%x, u, system)
-    if (outcome == solver_done .and. .not. system%condensed%exact) call finish_factors(system%condensed, system%costs)
+    if (outcome == solver_done .and. .not. system%condensed%exact) call finish_factors( &
+      system%condensed, system%costs)
   end subroutine condense_at
 
   !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it

@@ -1,5 +1,5 @@
-!> A bulk that is not linear under multipliers: each round condenses its tangent anew and moves it by
-!! their forces (doc/theory, "Mortar contact", eqs. (7.19) to (7.21)).
+!> A bulk that is not linear under multipliers: each round condenses its tangent anew and moves it
+!! by their forces (doc/theory, "Mortar contact", eqs. (7.19), (7.20), (7.21)).
 module mortar_bulk
   use kinds, only: wp
   use costs, only: cost_t
@@ -10,12 +10,14 @@ module mortar_bulk
   use bulk_factors, only: condense_at
   use condensation, only: reduce_body, complete_body
   use condensed_types, only: condensed_body_t
+  use model_types, only: model_t
+  use mortar_system, only: mortar_system_t, join_rows, find_gaps, take_cones
   use force_scales, only: note_forces, force_scale
   use residuals, only: residual_norm, estimate_round_off, round_off_factor
   use system_types, only: system_t
   implicit none
   private
-  public :: linearise_bulk, hold_bulk, move_bulk, is_in_balance
+  public :: linearise_bulk, take_gaps, move_bulk, is_in_balance
 
 contains
 
@@ -59,17 +61,35 @@ contains
     end associate
   end subroutine linearise_bulk
 
-  !> Gaps are those of the iterate.
-  pure subroutine hold_bulk(system)
+  !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
+  !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
+  subroutine take_gaps(model, system, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(inout) :: system !! u given; gets loaded
-    integer :: i
+    type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
+    integer :: i, k
 
     associate (condensed => system%condensed)
       do i = 1, condensed%n
         condensed%outer%loaded(i) = system%u(condensed%direction(i), condensed%node(i))
       end do
     end associate
-  end subroutine hold_bulk
+    call join_rows(model, unknowns)
+    call find_gaps(model, system, unknowns)
+    do i = 1, unknowns%n
+      do k = 1, 3
+        if (system%equation(k, unknowns%rows%node(i)) > 0) cycle
+        associate (d => unknowns%rows%frame(k, :, i), gap => unknowns%gap(3*i - 2:3*i))
+          gap = gap - dot_product(d, gap)*d
+        end associate
+      end do
+    end do
+    allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
+    do i = 1, 3*unknowns%n
+      unknowns%compliance(i, i) = 1.0_wp/system%scale%stiffest
+    end do
+    call take_cones(model, unknowns)
+  end subroutine take_gaps
 
   !> Forces out of balance without contact.
   pure function free_forces(system) result(force)

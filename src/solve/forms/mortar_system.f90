@@ -3,8 +3,7 @@
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
-  use contact_types, only: pair_t
-  use mortar_types, only: same_multiplier
+  use mortar_types, only: turned_way
   use mortar_cone, only: cone_of_node_t
   use condensed_types, only: condensed_t, condensed_body_t
   use live_candidates, only: gather_compliance, complete_compliance
@@ -12,7 +11,8 @@ module mortar_system
   use system_types, only: system_t
   implicit none
   private
-  public :: mortar_system_t, build_mortar, take_gaps, spread_multipliers, local_forces
+  public :: mortar_system_t, build_mortar, join_rows, find_gaps, take_cones, spread_multipliers, &
+    local_forces
 
   !> The rows of all pairs, one after the other.
   type :: mortar_rows_t
@@ -70,31 +70,6 @@ contains
     call drop_supported(system%equation, unknowns)
     call take_cones(model, unknowns)
   end subroutine build_mortar
-
-  !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
-  !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
-  subroutine take_gaps(model, system, unknowns)
-    type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(in) :: system !! loaded displacements
-    type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
-    integer :: i, k
-
-    call join_rows(model, unknowns)
-    call find_gaps(model, system, unknowns)
-    do i = 1, unknowns%n
-      do k = 1, 3
-        if (system%equation(k, unknowns%rows%node(i)) > 0) cycle
-        associate (d => unknowns%rows%frame(k, :, i), gap => unknowns%gap(3*i - 2:3*i))
-          gap = gap - dot_product(d, gap)*d
-        end associate
-      end do
-    end do
-    allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
-    do i = 1, 3*unknowns%n
-      unknowns%compliance(i, i) = 1.0_wp/system%scale%stiffest
-    end do
-    call take_cones(model, unknowns)
-  end subroutine take_gaps
 
   !> The rows of the pairs, one after the other.
   pure subroutine join_rows(model, unknowns)
@@ -165,27 +140,14 @@ contains
                 node))
             end associate
           end do
-          slip = slip - share(1)*(turned(model%pairs(k), m, way) - way)
+          slip = slip - share(1)*(turned_way(model%pairs(k)%old_nodes, model%pairs(k)%nodes, m, &
+            way) - way)
           unknowns%gap(3*i - 2:3*i - 1) = matmul(slip, frame(:, 1:2))
           unknowns%gap(3*i) = dot_product(gap, frame(:, 3)) + model%pairs(k)%nodes%offset(m)
         end associate
       end do
     end do
   end subroutine find_gaps
-
-  !> What was left of the places at the last state, turned with the frame of its multiplier, eq.
-  !! (7.15).
-  pure function turned(pair, m, way)
-    type(pair_t), intent(in) :: pair !! its multipliers, and those of the last state
-    integer, intent(in) :: m !! one of them
-    real(wp), intent(in) :: way(3) !! as it was [length]
-    real(wp) :: turned(3)
-    integer :: i
-
-    turned = way
-    i = same_multiplier(pair%old_nodes, pair%nodes%node(m), pair%nodes%face(m))
-    if (i > 0) turned = matmul(pair%nodes%frame(:, :, m), matmul(way, pair%old_nodes%frame(:, :, i)))
-  end function turned
 
   !> Where slip counts from, seen from another node.
   pure function way_from(system, share, j, node) result(way)

@@ -7,10 +7,9 @@ module mortar_increment
   use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history, take_forces, show_points
-  use mortar_system, only: mortar_system_t, build_mortar, take_gaps, spread_multipliers, &
-    local_forces
+  use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
   use mortar_newton, only: mortar_result_t, solve_multipliers, what_is_left
-  use mortar_bulk, only: linearise_bulk, hold_bulk, move_bulk, is_in_balance
+  use mortar_bulk, only: linearise_bulk, take_gaps, move_bulk, is_in_balance
   use back_ends, only: solver_done
   use bulk_term, only: return_bulk, form_bulk_force
   use residuals, only: residual_norm
@@ -21,8 +20,8 @@ module mortar_increment
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, place_candidates
   use touch_path, only: touch_none, touch_waits
-  use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, outcome_stalled, outcome_singular, &
-    outcome_restless, outcome_stopped, outcome_memory
+  use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
+    outcome_stalled, outcome_singular, outcome_restless, outcome_stopped, outcome_memory
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
@@ -34,6 +33,10 @@ module mortar_increment
   !> What the law may lack where the bulk is in balance, over the largest force: this share of the
   !! root of TOL.
   real(wp), parameter :: law_share = 0.1_wp
+  !> Weights are foretold after so many rounds, each of whose ways was a share of the one before
+  !! within these bounds: below, rounds settle by themselves.
+  integer, parameter :: least_trail = 3
+  real(wp), parameter :: settles = 0.1_wp, strays = 0.9_wp
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
@@ -41,6 +44,13 @@ module mortar_increment
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
   !! last cut: cells stay within ten times that anyway.
   real(wp), parameter :: hardly = 1.0e-4_wp
+
+  !> Rounds of a bulk that is not linear.
+  type :: trail_t
+    real(wp), allocatable :: x(:, :) !! (3, nodes) positions of the last round [length]
+    real(wp), allocatable :: way(:, :) !! (3, nodes) its way [length]
+    integer :: rounds = 0 !! since weights were foretold
+  end type trail_t
 
 contains
 
@@ -99,8 +109,8 @@ contains
     end if
   end subroutine follow
 
-  !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk and
-  !! law are in balance with these.
+  !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk
+  !! and law are in balance with these.
   subroutine follow_bulk(model, system, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
@@ -111,11 +121,13 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
     type(mortar_system_t) :: unknowns
     real(wp) :: change, cut_at(3, size(system%u, 2))
+    type(trail_t) :: trail
     integer :: round, changes
     logical :: balanced
 
     changes = 0
     cut_at = system%position%x_ahead
+    trail%x = system%position%x_now
     system%form%near = .false.
     call return_bulk(model%mesh%x, system)
     call form_bulk_force(model%mesh%x, system)
@@ -124,17 +136,17 @@ contains
       call load_contact(model, system)
       call couple_condensed(system)
       call weigh_all(model, system, waits, change)
-      call hold_bulk(system)
       call take_gaps(model, system, unknowns)
       associate (z => local_forces(model, unknowns))
         call spread_multipliers(unknowns, z, system)
         call system%form%gather(system, 0.0_wp, .false.)
         balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
-        if (round > 1 .and. changes == 0 .and. balanced .and. what_is_left(unknowns, z) <= law_share &
-          *sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)])) progress%outcome = &
-          outcome_converged
+        balanced = balanced .and. round > 1 .and. changes == 0 .and. what_is_left(unknowns, z) <= &
+          law_share*sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)])
       end associate
-      if (progress%outcome == outcome_converged) exit
+      if (balanced) progress%outcome = outcome_converged
+      if (balanced) exit
+      call weigh_ahead(model, system, waits, trail)
       call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -146,6 +158,31 @@ contains
     end do
     if (progress%outcome == outcome_converged) call show_all(model, system)
   end subroutine follow_bulk
+
+  !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
+  !! of a steep master turn with what they move.
+  subroutine weigh_ahead(model, system, waits, trail)
+    type(model_t), intent(inout) :: model !! pairs: multipliers
+    type(system_t), intent(inout) :: system !! x_now; contact elements
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    type(trail_t), intent(inout) :: trail !! the rounds so far
+    real(wp), allocatable :: way(:, :), x(:, :)
+    real(wp) :: share, change
+
+    x = system%position%x_now
+    way = x - trail%x
+    trail%x = x
+    trail%rounds = trail%rounds + 1
+    share = 0.0_wp
+    if (trail%rounds > least_trail) share = sum(way*trail%way)/max(sum(trail%way**2), &
+      tiny(1.0_wp))
+    trail%way = way
+    if (abs(share) < settles .or. abs(share) > strays) return
+    trail%rounds = 0
+    system%position%x_now = x + share/(1.0_wp - share)*way
+    call weigh_all(model, system, waits, change)
+    system%position%x_now = x
+  end subroutine weigh_ahead
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
   subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
