@@ -2,6 +2,7 @@
 !! (doc/theory, "Mortar contact").
 module mortar_types
   use kinds, only: wp
+  use element_types, only: status_open
   implicit none
   private
   public :: mortar_t, same_multiplier, turned_way
@@ -46,8 +47,8 @@ contains
     i = 0
   end function same_multiplier
 
-  !> What was left between a multiplier and its mean place on the master, turned with its frame, eq.
-  !! (7.15).
+  !> What was left between a closed multiplier and its mean place on the master, turned with its
+  !! frame, eq. (7.15).
   pure function turned_way(old, nodes, i, way) result(turned)
     type(mortar_t), intent(in) :: old !! last converged state
     type(mortar_t), intent(in) :: nodes !! multipliers as they are
@@ -58,6 +59,8 @@ contains
 
     turned = way
     j = same_multiplier(old, nodes%node(i), nodes%face(i))
-    if (j > 0) turned = matmul(nodes%frame(:, :, i), matmul(way, old%frame(:, :, j)))
+    if (j == 0) return
+    if (old%status(j) > status_open) turned = matmul(nodes%frame(:, :, i), matmul(way, &
+      old%frame(:, :, j)))
   end function turned_way
 end module mortar_types

@@ -1,7 +1,7 @@
 !> One increment of pairs with multipliers at their slave nodes: rounds of weights, forces and
 !! displacements until the weights stay (doc/theory, "Mortar contact").
 module mortar_increment
-  use kinds, only: wp
+  use kinds, only: wp, machine_epsilon
   use model_types, only: model_t
   use mortar_types, only: mortar_t
   use mortar_functions, only: find_faces
@@ -12,7 +12,7 @@ module mortar_increment
   use mortar_bulk, only: linearise_bulk, take_gaps, move_bulk, is_in_balance
   use back_ends, only: solver_done
   use bulk_term, only: return_bulk, form_bulk_force
-  use residuals, only: residual_norm
+  use residuals, only: residual_norm, round_off_factor
   use mortar_touch, only: find_touched, place_new
   use elmlib, only: routine_none
   use element_types, only: status_open
@@ -142,11 +142,12 @@ contains
         call system%form%gather(system, 0.0_wp, .false.)
         balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
         balanced = balanced .and. round > 1 .and. changes == 0 .and. what_is_left(unknowns, z) <= &
-          law_share*sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)])
+          max(law_share*sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)]), round_off_factor &
+          *machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call weigh_ahead(model, system, waits, trail)
+      call weigh_ahead(model, system, waits, trail, unknowns)
       call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -161,11 +162,12 @@ contains
 
   !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
   !! of a steep master turn with what they move.
-  subroutine weigh_ahead(model, system, waits, trail)
+  subroutine weigh_ahead(model, system, waits, trail, unknowns)
     type(model_t), intent(inout) :: model !! pairs: multipliers
     type(system_t), intent(inout) :: system !! x_now; contact elements
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     type(trail_t), intent(inout) :: trail !! the rounds so far
+    type(mortar_system_t), intent(inout) :: unknowns !! gaps at these weights
     real(wp), allocatable :: way(:, :), x(:, :)
     real(wp) :: share, change
 
@@ -182,6 +184,7 @@ contains
     system%position%x_now = x + share/(1.0_wp - share)*way
     call weigh_all(model, system, waits, change)
     system%position%x_now = x
+    call take_gaps(model, system, unknowns)
   end subroutine weigh_ahead
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
