@@ -12,6 +12,7 @@ module results_state
   use contact_points, only: count_points
   use mesh_types, only: mesh_t
   use rigid_paths, only: count_rigid
+  use bulk_memory, only: memory_shape
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group
@@ -57,12 +58,14 @@ contains
     end do
   end subroutine create_state_part
 
-  !> What fields of a state have values for: nodes, no points, rigid bodies, derivatives.
+  !> What fields of a state have values for: nodes, no points, rigid bodies, derivatives,
+  !! numbers that points of the bulk remember.
   pure function counts_of(model) result(counts)
     type(model_t), intent(in) :: model !! the problem
-    integer :: counts(6)
+    integer :: counts(7)
 
-    counts = [model%mesh%nodes, 0, count_rigid(model), model%output%slopes]
+    counts = [model%mesh%nodes, 0, count_rigid(model), model%output%slopes, &
+      product(memory_shape(model))]
   end function counts_of
 
   !> Writes what tells whether a state fits a deck.
@@ -116,7 +119,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
-      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0, 0, 0, 0], &
+      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair)], &
         blocks, error)
       if (allocated(error)) return
     end do

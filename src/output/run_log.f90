@@ -117,6 +117,7 @@ contains
   function material_line(material) result(line)
     type(material_t), intent(in) :: material !! the material
     character(:), allocatable :: line
+    integer :: k
 
     line = to_text(material%number)
     if (len_trim(material%label) > 0) line = line//' '//trim(material%label)
@@ -129,6 +130,10 @@ contains
     if (material%nodal) line = line//', volume by the dilatation of the nodes'
     line = line//', E = '//to_text(material%youngs_modulus)//', nu = '// &
       to_text(material%poissons_ratio)
+    do k = 1, laws(material%law)%count
+      line = line//', '//trim(laws(material%law)%parameters(k)%name)//' = '// &
+        to_text(material%own(k))
+    end do
   end function material_line
 
   !> A contact pair in one line, with the penalty that is used.

@@ -16,7 +16,7 @@ module state_reader
   use state_checks, only: check_state
   use results_names, only: bodies_ending, contact_ending
   use state_fit, only: check_fit
-  use result_fields, only: field_t, field_shape, entries_of, over_bodies
+  use result_fields, only: field_t, field_shape, entries_of, over_nodes, over_bodies
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, &
     forget_unused, address_of, real_component, integer_component
   implicit none
@@ -275,13 +275,14 @@ contains
     real(wp), pointer, contiguous :: reals(:)
     integer, pointer, contiguous :: integers(:)
     integer, allocatable :: dims(:)
-    integer :: counts(6), found(3), rank
+    integer :: counts(7), found(3), rank
 
     path = state_root//trim(field%name)
     if (is_optional(field)) then
       if (entries_of(file, path) < slot) return
     end if
-    counts = [model%mesh%nodes, 0, 0, 0, 0, 0]
+    counts = 0
+    counts(over_nodes) = model%mesh%nodes
     if (field%over >= over_bodies) then
       call series_shape(file, path, found, rank)
       counts(field%over) = found(rank - 1)

@@ -11,6 +11,7 @@ module increment_answers
   use increment_elements, only: work_t, element_change, add_forces
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: solve_all, answer_forces, factor_change, add_changes
@@ -72,29 +73,27 @@ contains
 
   !> Displacements of the candidates that closed elements touch for forces of contact, with what
   !! contact answers, for as many columns as there are.
-  subroutine answer_forces(system, s, force, du, arrived)
-    type(system_t), intent(inout) :: system !! condensed, with the tangent of solve_all
+  subroutine answer_forces(condensed, s, force, du, arrived)
+    type(condensed_t), intent(inout) :: condensed !! condensed, with the tangent of solve_all
     type(sensitivity_t), intent(inout) :: s !! room of the answers
     real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
     real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns); 0 at all other nodes [length]
     logical, intent(out) :: arrived !! all of them
     real(wp), allocatable :: u(:, :), c(:, :)
-    logical :: late(system%condensed%n)
+    logical :: late(condensed%n)
     integer :: i, columns
 
     columns = size(force, 3)
     s%answers%share_left = spread(share_of_multipliers, 1, columns)
     du = 0.0_wp
-    associate (condensed => system%condensed)
-      allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)
-      do i = 1, condensed%n
-        c(i, :) = force(condensed%direction(i), condensed%node(i), :)
-      end do
-      call answer_all(condensed, c, u, arrived, late, s%answers)
-      do i = 1, condensed%n
-        if (.not. late(i)) du(condensed%direction(i), condensed%node(i), :) = u(i, :)
-      end do
-    end associate
+    allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)
+    do i = 1, condensed%n
+      c(i, :) = force(condensed%direction(i), condensed%node(i), :)
+    end do
+    call answer_all(condensed, c, u, arrived, late, s%answers)
+    do i = 1, condensed%n
+      if (.not. late(i)) du(condensed%direction(i), condensed%node(i), :) = u(i, :)
+    end do
   end subroutine answer_forces
 
   !> Displacements of the candidates without contact and forces of contact at fixed candidates.

@@ -55,7 +55,7 @@ contains
       else
         call factorise_tangent(system, x, outcome)
       end if
-      if (outcome == solver_done) call form_rest(system)
+      if (outcome == solver_done) call form_rest(system%contact, system%condensed)
     end associate
   end subroutine prepare_answers
 

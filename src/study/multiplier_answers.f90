@@ -97,7 +97,7 @@ contains
       if (s%full) then
         call answer_full(system, force, du, arrived)
       else
-        call answer_forces(system, s, force, du, arrived)
+        call answer_forces(system%condensed, s, force, du, arrived)
       end if
       image = base - shifts_answered(work, base, du)
       call add_images(columns_of(image), iteration)

@@ -2,6 +2,7 @@
 module balance_audit
   use kinds, only: wp, machine_epsilon
   use vectors, only: norm_of, largest_of
+  use solution_settings, only: tol_energy, tol_residual
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -182,8 +183,8 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances asked for
     real(wp) :: asked
 
-    asked = residual_share*sqrt(settings%energy_tolerance)
-    if (settings%residual_tolerance > 0.0_wp) asked = settings%residual_tolerance
+    asked = residual_share*sqrt(settings%asked(tol_energy))
+    if (settings%asked(tol_residual) > 0.0_wp) asked = settings%asked(tol_residual)
     tolerance = balance_tolerance
     if (any(model%pairs%augmented)) tolerance = augmented_tolerance
     tolerance = max(tolerance, over_asked*asked)

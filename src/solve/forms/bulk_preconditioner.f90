@@ -60,7 +60,7 @@ contains
     arrived = .false.
     if (is_worth_trying(system)) then
       system%condensed%tangent%fresh = .false.
-      call form_rest(system)
+      call form_rest(system%contact, system%condensed)
       call iterate_bulk(system, goal, most_stale, arrived)
       if (.not. arrived) call begin_direction(system, x)
     end if
@@ -88,7 +88,7 @@ contains
     arrived = .false.
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
-    call form_rest(system)
+    call form_rest(system%contact, system%condensed)
     if (any(system%body%grounded) .or. system%body%damping > 0.0_wp) then
       call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
         arrived)

@@ -80,7 +80,7 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     system%u = system%trial
-    call take_rigid(system)
+    call take_rigid(system%u, system%tools)
     system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
   end subroutine take_trial
 
@@ -251,7 +251,7 @@ contains
     type(system_t), intent(inout) :: system !! u given; trial is used
     real(wp), intent(out) :: terms !! [force]
 
-    call multiply_bulk_absolute(system, system%u, system%trial)
+    call multiply_bulk_absolute(system%equation, system%whole, system%u, system%trial)
     where (system%equation == 0) system%trial = 0.0_wp
     terms = norm2(system%trial)
   end subroutine sum_terms

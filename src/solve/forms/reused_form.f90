@@ -127,7 +127,7 @@ contains
     type(system_t), intent(inout) :: system !! aging grows
     real(wp), intent(in) :: left !! share of the residual that it has left
 
-    if (system%form%near) call note_near_step(system, left)
+    if (system%form%near) call note_near_step(system%condensed, left)
   end subroutine note_repeated
 
   !> Length of the next direction, by a single pass.

@@ -44,7 +44,7 @@ contains
     logical :: hopeless, flies
     real(wp) :: begin, time
 
-    call retry_condensed(system)
+    call retry_condensed(system%whole)
     begin = state%time
     done = 0
     longest = finest_division/settings%parts

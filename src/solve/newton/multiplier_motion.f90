@@ -16,6 +16,7 @@ module multiplier_motion
   use rigid_bodies, only: nothing_yields
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
+  use multiplier_types, only: multiplier_motion_t
   implicit none
   private
   public :: take_multipliers, add_multipliers, settle_multipliers, &
@@ -250,12 +251,12 @@ contains
   end function forces_of_way
 
   !> Moves the multipliers by the step that has been taken.
-  pure subroutine settle_multipliers(system, length)
-    type(system_t), intent(inout) :: system !! motion
+  pure subroutine settle_multipliers(motion, length)
+    type(multiplier_motion_t), intent(inout) :: motion !! motion
     real(wp), intent(in) :: length !! share of the way
 
-    system%motion%start = system%motion%start + length*system%motion%way
-    system%motion%way = 0.0_wp
+    motion%start = motion%start + length*motion%way
+    motion%way = 0.0_wp
   end subroutine settle_multipliers
 
   !> No pair has multipliers that differ from its forces by more than a share of its largest force.

@@ -2,9 +2,9 @@
 module bulk_assembly
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress, task_reach
-  use solid_types, only: solid_t, d_youngs_modulus, d_poissons_ratio, d_law, d_mean
+  use solid_types, only: solid_t, d_youngs_modulus, d_poissons_ratio, d_mean
   use law_linear, only: lame
-  use bulk_laws, only: neohooke
+  use law_neohooke, only: neohooke_point
   use tetrahedra_at_once, only: points_at_once, tetrahedra_t, deform_tetrahedra, &
     strain_tetrahedra, form_tangents, is_reach_far
   use element_lists, only: bulk_list_t, threads_of
@@ -13,7 +13,8 @@ module bulk_assembly
   use block_matrix, only: block_matrix_t, find_column
   implicit none
   private
-  public :: assemble_bulk, recover_bulk, recover_points, find_bulk_reach, scatter_column
+  public :: assemble_bulk, recover_bulk, recover_points, find_bulk_reach, remember_bulk, &
+    scatter_column
 
 contains
 
@@ -156,9 +157,9 @@ contains
     if (alike) alike = list%routine(which(1)) == routine_finite
     if (.not. alike) return
     associate (set => list%set(which(1)))
-      alike = nint(list%d(d_law, set)) == neohooke .and. list%d(d_mean, set) <= 0.0_wp .and. &
-        all(list%set(which) == set) .and. all(list%nel(which) == 4) .and. &
-        all(list%routine(which) == routine_finite)
+      alike = associated(list%law(set)%point, neohooke_point) .and. &
+        list%d(d_mean, set) <= 0.0_wp .and. all(list%set(which) == set) .and. &
+        all(list%nel(which) == 4) .and. all(list%routine(which) == routine_finite)
     end associate
   end function are_alike
 
@@ -308,15 +309,37 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(solid_t), intent(inout) :: e !! local data
-    integer :: i
+    integer :: i, points
 
+    e%point => list%law(list%set(k))%point
+    e%finite = list%law(list%set(k))%finite
     e%nel = list%nel(k)
     e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))
       e%ul(:, i) = u(:, e%ix(i))
     end do
+    if (.not. allocated(list%memory)) return
+    points = size(list%memory, 2)
+    e%old(:size(list%memory, 1), :points) = list%memory(:, :, k)
   end subroutine gather
+
+  !> What the points of all elements remember of displacements that have been accepted.
+  subroutine remember_bulk(list, x, u)
+    type(bulk_list_t), intent(inout) :: list !! elements; gets memory
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(solid_t) :: e
+    integer :: k
+
+    if (.not. allocated(list%memory)) return
+    do k = 1, list%n
+      if (list%routine(k) /= routine_finite) cycle
+      call gather(list, k, x, u, e)
+      call solid_routine(list%routine(k), task_residual, list%d(:, list%set(k)), e)
+      list%memory(:, :, k) = e%new(:size(list%memory, 1), :size(list%memory, 2))
+    end do
+  end subroutine remember_bulk
 
   !> Adds a column of blocks of an element matrix.
   pure subroutine scatter_column(place, s, a)
