@@ -8,14 +8,13 @@ module condensed_bodies
   use loads, only: add_displacement, add_force
   use model_types, only: model_t
   use ordered_blocks, only: ordered_blocks_t
-  use lapack_interface, only: dgetrf, dgetrs
-  use block_matrix, only: block_matrix_t, multiply, find_block
-  use back_ends, only: solver_done, solver_out_of_memory, solver_singular
+  use block_matrix, only: multiply
+  use back_ends, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: factor_work
-  use condensed_types, only: condensed_t, condensed_body_t, body_sums_t
+  use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
-    drop_live, free_body, is_worth_sharing, needed_bytes
+    take_shift_out, drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
   use system_types, only: system_t
   implicit none
@@ -246,36 +245,6 @@ contains
 
     shifted = condensed%exact .and. condensed%refusals > 0
   end function is_shifted
-
-  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20). Pins
-  !! stay: they are springs that the motions of the body know of.
-  subroutine take_shift_out(blocks, body, outcome)
-    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
-    type(condensed_body_t), intent(inout) :: body !! compliance with springs given; without them
-    integer, intent(out) :: outcome !! done or singular
-    real(wp), allocatable :: matrix(:, :)
-    integer :: i, j, info, pivot(body%m)
-
-    outcome = solver_done
-    if (body%m == 0) return
-    allocate (matrix(body%m, body%m))
-    do i = 1, body%m
-      body%compliance(i, i + 1:) = body%compliance(i + 1:, i)
-    end do
-    do j = 1, body%m
-      associate (node => body%node(body%equation(j)), k => body%direction(body%equation(j)))
-        matrix(:, j) = 0.0_wp
-        if (.not. any(body%pin_node == node .and. body%pin_direction == k)) matrix(:, j) = &
-          -body%compliance(:, j)*blocks%val(k, k, find_block(blocks, node, node))
-        matrix(j, j) = matrix(j, j) + 1.0_wp
-      end associate
-    end do
-    call dgetrf(body%m, body%m, matrix, body%m, pivot, info)
-    if (info /= 0) outcome = solver_singular
-    if (info == 0) call dgetrs('N', body%m, body%m, matrix, body%m, pivot, body%compliance, &
-      body%m, info)
-    body%diagonal = [(abs(body%compliance(i, i)), i=1, body%m)]
-  end subroutine take_shift_out
 
   !> Displacements inside will seldom be asked for: sums do at most end times, as they do not where
   !! contact may press on a support.
