@@ -2,9 +2,10 @@
 !! (doc/theory, "Mortar contact").
 module mortar_types
   use kinds, only: wp
+  use element_types, only: status_open
   implicit none
   private
-  public :: mortar_t, same_multiplier
+  public :: mortar_t, same_multiplier, turned_way
 
   !> The multipliers of a pair, one for each slave node and face of the master over it.
   type :: mortar_t
@@ -45,4 +46,21 @@ contains
     end do
     i = 0
   end function same_multiplier
+
+  !> What was left between a closed multiplier and its mean place on the master, turned with its
+  !! frame, eq. (7.15).
+  pure function turned_way(old, nodes, i, way) result(turned)
+    type(mortar_t), intent(in) :: old !! last converged state
+    type(mortar_t), intent(in) :: nodes !! multipliers as they are
+    integer, intent(in) :: i !! one of them
+    real(wp), intent(in) :: way(3) !! as it was [length]
+    real(wp) :: turned(3)
+    integer :: j
+
+    turned = way
+    j = same_multiplier(old, nodes%node(i), nodes%face(i))
+    if (j == 0) return
+    if (old%status(j) > status_open) turned = matmul(nodes%frame(:, :, i), matmul(way, &
+      old%frame(:, :, j)))
+  end function turned_way
 end module mortar_types

@@ -7,7 +7,6 @@ module mortar_limits
   use command_line, only: options_t
   use batch_types, only: batch_command_t
   use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
-  use bulk_laws, only: laws
   use model_types, only: model_t
   use ranks, only: count_ranks
   implicit none
@@ -77,8 +76,8 @@ contains
     end do
   end subroutine check_commands
 
-  !> A pair beside others without multipliers, a slave that does not deform, a bulk that is not
-  !! linear, bodies whose motion is unknown.
+  !> A pair beside others without multipliers, a slave that does not deform, bodies whose motion
+  !! is unknown.
   subroutine check_bodies(model, pair, name, diagnostics)
     type(model_t), intent(in) :: model !! materials, supports
     type(pair_t), intent(in) :: pair !! one of the pairs
@@ -91,13 +90,6 @@ contains
         'write MORTar in all pairs, or in none', diagnostics)
       return
     end if
-    do i = 1, size(model%materials)
-      if (model%materials(i)%rigid .or. .not. laws(model%materials(i)%law)%finite) cycle
-      if (all(model%element_material /= i)) cycle
-      call refuse(pair%at, 'MORTar knows small strain alone in this version', &
-        'write SOLId LINEar, or GTOS in place of MORTar', diagnostics)
-      exit
-    end do
     do i = 1, size(model%conditions%rigid)
       if (.not. any(model%conditions%rigid(i)%free)) cycle
       call refuse(pair%at, 'MORTar does not know rigid bodies with free motions in this '// &
