@@ -2,6 +2,7 @@
 !! displacements until the weights stay (doc/theory, "Mortar contact").
 module mortar_increment
   use kinds, only: wp, machine_epsilon
+  use solution_settings, only: tol_energy
   use model_types, only: model_t
   use mortar_types, only: mortar_t
   use mortar_functions, only: find_faces
@@ -144,7 +145,7 @@ contains
         call system%form%gather(system, 0.0_wp, .false.)
         balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
         balanced = balanced .and. round > 1 .and. changes == 0 .and. what_is_left(unknowns, z) <= &
-          max(law_share*sqrt(settings%energy_tolerance)*maxval([0.0_wp, abs(z)]), round_off_factor &
+          max(law_share*sqrt(settings%asked(tol_energy))*maxval([0.0_wp, abs(z)]), round_off_factor &
           *machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
       end associate
       if (balanced) progress%outcome = outcome_converged
@@ -159,7 +160,7 @@ contains
       call move_targets(model, system, settings%extrapolation, changes)
       cut_at = system%position%x_now
     end do
-    if (progress%outcome == outcome_converged) call show_all(model, system)
+    if (progress%outcome == outcome_converged) call show_all(model, system%contact, system%place)
   end subroutine follow_bulk
 
   !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
