@@ -67,7 +67,7 @@ module point_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_always), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions: sum of the ways over the master', part_always), &
+    'this path with its directions: sum of the slip over the master', part_always), &
     field_t('start_tip', stored_real, 2, over_closed, '1', &
     'apex that the last increment began with, in the facet of host', part_always), &
     field_t('offset', stored_real, 1, over_near, 'length', &

@@ -98,7 +98,7 @@ module state_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_path), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions', part_path), &
+    'this path with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force without a gap, along a1, e x a1 and e of the facet', part_state_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
