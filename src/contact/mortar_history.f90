@@ -10,7 +10,7 @@ module mortar_history
   use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: take_history, take_forces, show_points, settle_mortar, was_closed
+  public :: take_history, take_forces, add_forces, show_points, settle_mortar, was_closed
 
 contains
 
@@ -79,6 +79,21 @@ contains
     nodes%status = merge(merge(status_slip, status_stick, slips), status_open, closed)
     nodes%criterion = criterion
   end subroutine take_forces
+
+  !> Adds the forces of the multipliers, as internal forces, to those of the nodes, eq. (7.13).
+  pure subroutine add_forces(nodes, forces)
+    type(mortar_t), intent(in) :: nodes !! weighed, with forces
+    real(wp), intent(inout) :: forces(:, :) !! (3, nodes) of contact [force]
+    integer :: i, e
+
+    do i = 1, nodes%n
+      do e = nodes%first(i), nodes%first(i + 1) - 1
+        associate (at => forces(:, nodes%column(e)))
+          at = at - nodes%now(e)*nodes%force(:, i)
+        end associate
+      end do
+    end do
+  end subroutine add_forces
 
   !> Points do what the multipliers around them do.
   pure subroutine show_points(pair, status)

@@ -4,7 +4,7 @@ module mortar_types
   use kinds, only: wp
   implicit none
   private
-  public :: mortar_t, same_multiplier
+  public :: mortar_t, multiplier_t, same_multiplier, kept_multipliers, multipliers_of
 
   !> The multipliers of a pair, one for each slave node and face of the master over it.
   type :: mortar_t
@@ -32,7 +32,51 @@ module mortar_types
     real(wp), allocatable :: dissipation(:) !! (n) work of friction so far [force length]
   end type mortar_t
 
+  !> What of a multiplier outlives its increment.
+  type :: multiplier_t
+    integer :: node = 0 !! slave node, 0: there is none
+    integer :: face = 0 !! face of the master
+    integer :: status = 0 !! as of a contact point
+    real(wp) :: force(3) = 0.0_wp !! z, in space [force]
+    real(wp) :: path = 0.0_wp !! way slipped since the touch [length]
+    real(wp) :: way(3) = 0.0_wp !! the same with its directions [length]
+    real(wp) :: dissipation = 0.0_wp !! work of friction so far [force length]
+  end type multiplier_t
+
 contains
+
+  !> The multipliers of a converged state as a list of fixed length. A facet with multipliers has
+  !! cells of three points at least, so that there is room for all in as many places as points.
+  pure function kept_multipliers(nodes, places) result(list)
+    type(mortar_t), intent(in) :: nodes !! converged; none yet before the first state
+    integer, intent(in) :: places !! length of the list
+    type(multiplier_t) :: list(places)
+    integer :: i
+
+    do i = 1, nodes%n
+      list(i) = multiplier_t(nodes%node(i), nodes%face(i), nodes%status(i), nodes%force(:, i), &
+        nodes%path(i), nodes%way(:, i), nodes%dissipation(i))
+    end do
+  end function kept_multipliers
+
+  !> The other way round: multipliers without weights.
+  pure function multipliers_of(list) result(nodes)
+    type(multiplier_t), intent(in) :: list(:) !! multipliers, then places without one
+    type(mortar_t) :: nodes
+    integer :: i
+
+    nodes%n = count(list%node > 0)
+    nodes%node = list(:nodes%n)%node
+    nodes%face = list(:nodes%n)%face
+    nodes%status = list(:nodes%n)%status
+    nodes%path = list(:nodes%n)%path
+    nodes%dissipation = list(:nodes%n)%dissipation
+    allocate (nodes%force(3, nodes%n), nodes%way(3, nodes%n))
+    do i = 1, nodes%n
+      nodes%force(:, i) = list(i)%force
+      nodes%way(:, i) = list(i)%way
+    end do
+  end function multipliers_of
 
   !> The place of a multiplier among those of another state, 0 if it was none of them.
   pure integer function same_multiplier(old, node, face) result(i)

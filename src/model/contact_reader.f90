@@ -378,7 +378,6 @@ contains
   subroutine check_words(draft, diagnostics)
     type(pair_draft_t), intent(in) :: draft !! a pair with MORTar
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    integer :: k
 
     if (draft%penalty_at%line > 0) call report_error(diagnostics, draft%penalty_at, &
       'MORTar has no penalty: its forces are unknowns', 'delete PENAlty')
@@ -386,11 +385,6 @@ contains
       'MORTar needs no AUGMent: its forces are multipliers', 'delete AUGMent')
     if (draft%smooth_at%line > 0) call report_error(diagnostics, draft%smooth_at, &
       'MORTar does not know SMOOth in this version', 'delete SMOOth, or write GTOS')
-    do k = 1, size(cone_laws)
-      if (cone_laws(k)%keeps_path .and. acts(k, draft%pair%law)) call report_error(diagnostics, &
-        draft%law_at(k), 'MORTar does not know '//trim(cone_laws(k)%keyword)//' in this version', &
-        'delete it, or write GTOS')
-    end do
   end subroutine check_words
 
   !> What segmentation cannot do.

@@ -21,7 +21,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(batch_command_t), intent(in) :: commands(:) !! its solution commands
     type(options_t), intent(in) :: options !! the command line
-    logical, intent(in) :: asks !! derivatives or variants are asked for
+    logical, intent(in) :: asks !! derivatives are asked for
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     integer :: k, first
 
@@ -29,10 +29,8 @@ contains
     first = findloc(model%pairs%mortar, .true., 1)
     if (first == 0) return
     associate (at => model%pairs(first)%at)
-      if (asks) call refuse(at, 'MORTar does not know derivatives and variants in this version', &
-        'leave SENSitivity, STUDy and --vary out, or write GTOS', diagnostics)
-      if (len(options%restart) > 0) call refuse(at, 'MORTar cannot go on from a saved state in '// &
-        'this version', 'run the deck from its start, without --restart', diagnostics)
+      if (asks) call refuse(at, 'MORTar does not know derivatives in this version', &
+        'leave SENSitivity out, or write GTOS', diagnostics)
       if (all(options%solver /= [solver_unknown, solver_auto, solver_reduced])) call refuse(at, &
         'MORTar wants the solver REDUced', 'leave --solver out', diagnostics)
       if (count_ranks() > 1) call refuse(at, 'MORTar works on one rank', 'run it without mpirun', &
@@ -65,9 +63,6 @@ contains
       case ('tang', 'utan')
         call refuse(commands(i)%at, 'MORTar has no TANG: its forces are unknowns of an increment', &
           'write STEP,,n in place of TIME, TANG and SOLV', diagnostics)
-      case ('rest')
-        call refuse(commands(i)%at, 'MORTar cannot go back to a saved state in this version', &
-          'leave REST out', diagnostics)
       case ('solv')
         if (commands(i)%solves) cycle
         if (all(solver_of(commands(i)%option) /= [solver_auto, solver_reduced])) call refuse( &

@@ -4,7 +4,6 @@ module mortar_increment
   use kinds, only: wp
   use model_types, only: model_t
   use mortar_types, only: mortar_t
-  use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history, take_forces, show_points
   use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
@@ -60,7 +59,6 @@ contains
     system%u = system%position%carried
     system%position%x_now = model%mesh%x + system%u
     do k = 1, size(model%pairs)
-      if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
     call restart_points(model, system)
