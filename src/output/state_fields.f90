@@ -28,7 +28,7 @@ module state_fields
   integer, parameter :: part_factor = 6 !! with factors of a bulk that is not linear
   integer, parameter :: part_path = 7 !! always; older files lack it
   integer, parameter :: part_multiplier = 8 !! with `AUGMent`
-  integer, parameter :: part_cells = 9 !! with `SEGMent`
+  integer, parameter :: part_cells = 9 !! with `SEGMent` and `MORTar`
   integer, parameter :: part_slopes = 10 !! with `SENSitivity`
   integer, parameter :: part_mortar = 11 !! with `MORTar`
 

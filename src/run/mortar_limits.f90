@@ -93,13 +93,6 @@ contains
         'write SOLId LINEar, or GTOS in place of MORTar', diagnostics)
       exit
     end do
-    do i = 1, size(model%conditions%rigid)
-      if (.not. any(model%conditions%rigid(i)%free)) cycle
-      call refuse(pair%at, 'MORTar does not know rigid bodies with free motions in this '// &
-        'version: body '//model%conditions%rigid(i)%name//' has some', &
-        'prescribe all its motions by MOVE and TURN, or write GTOS', diagnostics)
-      exit
-    end do
     if (.not. allocated(pair%points%slave_facets)) return
     if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
       size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &

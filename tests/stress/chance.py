@@ -289,3 +289,20 @@ def segmented_scene(seed):
     scene.name, scene.group = f'segm {seed}', 'segm'
     scene.deck.form, scene.deck.points = 'GTOS', 'SEGMent'
     return scene
+
+
+def mortar_scene(seed):
+    """The same scene with multipliers at nodes; a slave that does not deform becomes the master."""
+    scene = Maker(seed).scene()
+    scene.name, scene.group = f'mortar {seed}', 'mortar'
+    scene.deck.form = 'MORTar'
+    rigid = {n for n, material in enumerate(scene.deck.materials, 1) if material == 'RIGId'}
+    still = {n for material, nodes in scene.deck.elements if material in rigid for n in nodes}
+    nodes = dict(scene.deck.sets)
+    for k, (name, slave, master, lines) in enumerate(scene.deck.pairs):
+        if still.issuperset(nodes[slave if slave in nodes else slave + '_nodes']):
+            scene.deck.pairs[k] = (name, master, slave, lines)
+            for _, _, signs, _ in scene.balance:
+                if name in signs:
+                    signs[name] = -signs[name]
+    return scene

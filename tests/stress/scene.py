@@ -190,7 +190,8 @@ class Deck:
             out.append('CONTact')
             for n, (name, slave, master, lines) in enumerate(self.pairs, 1):
                 out += [f'  PAIR {n} {name}', f'    {self.form} {slave} {master} {self.points}'.rstrip()]
-                out += ['    ' + line for line in lines]
+                out += ['    ' + line for line in lines
+                        if self.form != 'MORTar' or not line.startswith(('PENA', 'AUGM'))]
             out.append('')
         out += ['OUTPut', '  REACtions ' + ' '.join(self.outputs)] if self.outputs else ['OUTPut']
         out += ['  FIELds NONE', '  STATe NONE', '', 'END', 'BATCh']

@@ -5,6 +5,7 @@ module mortar_system
   use model_types, only: model_t
   use mortar_cone, only: cone_of_node_t
   use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_bodies, only: rigid_motion, loads_on_rigid
   use live_candidates, only: gather_compliance, complete_compliance
   use tree_compliance, only: apply_tree
   use system_types, only: system_t
@@ -57,6 +58,7 @@ contains
       if (modes > 0) unknowns%load = matmul(system%condensed%outer%pushes, &
         system%condensed%outer%factors)
     end associate
+    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
     do b = 1, size(system%condensed%bodies)
       if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
         system%condensed%bodies(b), unknowns)
@@ -283,6 +285,38 @@ contains
       unknowns%motion(3*i - 2:3*i, first:last) = unknowns%motion(3*i - 2:3*i, first:last) + before
     end associate
   end subroutine add_motions
+
+  !> Free motions of rigid bodies with a point, behind those of the others, to first order about
+  !! where they are; what acts on them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
+  pure subroutine add_rigid(system, unknowns)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), allocatable :: none(:, :)
+    integer :: i, e
+
+    allocate (none(3*unknowns%n, system%tools%border%n), source=0.0_wp)
+    associate (rows => unknowns%rows, n => size(unknowns%load), m => system%tools%border%n)
+      unknowns%motion = reshape([unknowns%motion, none], [3*unknowns%n, n + m])
+      unknowns%push = reshape([unknowns%push, none], [3*unknowns%n, n + m])
+      unknowns%load = [unknowns%load, loads_on_rigid(system)]
+      do i = 1, unknowns%n
+        now = 0.0_wp
+        before = 0.0_wp
+        do e = rows%first(i), rows%first(i + 1) - 1
+          if (system%tools%carried_by(rows%column(e)) == 0) cycle
+          of_node = rigid_motion(system, rows%column(e))
+          now = now + rows%now(e)*of_node
+          before = before + rows%before(e)*of_node
+        end do
+        now = matmul(transpose(rows%frame(:, :, i)), now)
+        before = matmul(transpose(rows%frame(:, :, i)), before)
+        before(3, :) = now(3, :)
+        unknowns%push(3*i - 2:3*i, n + 1:) = now
+        unknowns%motion(3*i - 2:3*i, n + 1:) = before
+      end do
+    end associate
+  end subroutine add_rigid
 
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
   !! multiplier carries no force along it, eq. (7.18).

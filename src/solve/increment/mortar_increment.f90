@@ -14,6 +14,7 @@ module mortar_increment
   use increment_start, only: begin_at, prepare_start
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, place_candidates
+  use rigid_bodies, only: return_rigid, move_rigid
   use touch_path, only: touch_none, touch_waits
   use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular, &
     outcome_restless, outcome_stopped, outcome_memory
@@ -29,6 +30,9 @@ module mortar_increment
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
   real(wp), parameter :: unchanged = 1.0e-6_wp
+  !> Rigid bodies with a point that a round has moved by less, in facets, are where they are: the
+  !! levers of their loads and contact follow to round-off.
+  real(wp), parameter :: at_rest = 1.0e-9_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
   !! last cut: cells stay within ten times that anyway.
   real(wp), parameter :: hardly = 1.0e-4_wp
@@ -57,6 +61,7 @@ contains
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
     system%u = system%position%carried
+    call return_rigid(system)
     system%position%x_now = model%mesh%x + system%u
     do k = 1, size(model%pairs)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
@@ -81,22 +86,24 @@ contains
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: change, cut_at(3, size(system%u, 2))
+    real(wp) :: change, moved, cut_at(3, size(system%u, 2))
     integer :: round, changes
 
     progress%outcome = outcome_restless
     changes = 0
+    moved = 0.0_wp
     cut_at = system%position%x_ahead
     do round = 1, most_rounds
       call load_contact(model, system)
       call couple_condensed(system)
       call weigh_all(model, system, waits, change)
-      if (round > 1 .and. changes == 0 .and. change <= unchanged) then
+      if (round > 1 .and. changes == 0 .and. change <= unchanged .and. moved <= &
+        at_rest*system%scale%facet_size) then
         progress%outcome = outcome_converged
         call show_all(model, system)
         return
       end if
-      call solve_round(model, system, time, monitor, progress)
+      call solve_round(model, system, time, monitor, progress, moved)
       if (progress%outcome /= outcome_converged) return
       progress%outcome = outcome_restless
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -175,19 +182,21 @@ contains
   end function difference
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_round(model, system, time, monitor, progress)
+  subroutine solve_round(model, system, time, monitor, progress, moved)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
+    real(wp), intent(out) :: moved !! by rigid bodies with a point in the round [length]
     type(mortar_system_t) :: unknowns
     type(mortar_result_t) :: result
     integer :: k
 
     call build_mortar(model, system, unknowns)
     associate (condensed => system%condensed)
-      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
+      call solve_multipliers(unknowns, local_forces(model, unknowns), [condensed%rigid%alpha, &
+        spread(0.0_wp, 1, system%tools%border%n)], result)
       progress%solves = progress%solves + max(1, result%steps)
       progress%outcome = outcome_stalled
       if (result%singular) progress%outcome = outcome_singular
@@ -200,7 +209,9 @@ contains
         end associate
       end do
       call spread_multipliers(unknowns, result%force, system)
-      condensed%rigid%alpha = result%motion
+      condensed%rigid%alpha = result%motion(:condensed%rigid%modes)
+      call move_rigid(system, result%motion(condensed%rigid%modes + 1:))
+      moved = maxval([0.0_wp, abs(result%motion(condensed%rigid%modes + 1:))])
       condensed%rigid%imbalance = 0.0_wp
       condensed%bulk%defect = 0.0_wp
       call place_candidates(system)
