@@ -95,18 +95,23 @@ contains
     end do
   end subroutine add_forces
 
-  !> Points do what the multipliers around them do.
+  !> Points do what the nearest closed multiplier around them does.
   pure subroutine show_points(pair, status)
     type(pair_t), intent(in) :: pair !! its multipliers, owners of the points
     integer, intent(inout) :: status(:) !! (points) gets theirs
+    real(wp) :: most
     integer :: p, k
 
     do p = 1, size(status)
       if (status(p) == status_off) cycle
+      most = -huge(1.0_wp)
       status(p) = status_open
       do k = 1, 3
         associate (i => pair%nodes%owner(k, p))
-          if (i > 0) status(p) = max(status(p), pair%nodes%status(i))
+          if (i == 0) cycle
+          if (pair%nodes%status(i) <= status_open .or. pair%nodes%share(k, p) <= most) cycle
+          most = pair%nodes%share(k, p)
+          status(p) = pair%nodes%status(i)
         end associate
       end do
     end do

@@ -6,6 +6,7 @@ import os
 import h5py
 
 from mortar_decks import E, PRESSURE, in_corner, kinked, lame, on_two, rings, two_blocks
+from rigid_laws import rigid_rows
 
 
 class MortarLaws:
@@ -91,6 +92,21 @@ class MortarLaws:
             self.true(f'row {step}: nodes of the slave at most', c['active'] <= 30)
         self.true('all slip at the end', r.only(6)['slip'] == r.only(6)['active'] > 0)
         self.true('no cut', b' 0 cuts' in r.text('.log'))
+
+    def test_rigid_punch_finds_its_place(self):
+        """A rigid body with a point, free to sink and to turn: its load is carried, its two turns are
+        one by symmetry, and forces are those of a stiff penalty."""
+        found = {}
+        for form in ('MORTar floor skin', 'GTOS floor skin SEGMent\n    PENAlty AUTO 1000'):
+            r = self.run(self.edited('manual/rigid_tool', (r'NTOS sole floor\s+PENAlty 1e4', form)), out=form[:4])
+            found[form[:4]] = [(c['F1'], c['F3']) for c in map(r.only, sorted(r.con))]
+            if form.startswith('MORT'):
+                for step, row in rigid_rows(r).items():
+                    self.near(f'row {step}: the load is carried', r.only(step)['F3'], -5*min(1, step/4), 1e-8)
+                    if step <= 4:
+                        self.near(f'row {step}: equal turns', row['tool']['ROT1'] + row['tool']['ROT2'], 0, 1e-12)
+        for step, (own, other) in enumerate(zip(*found.values()), 1):
+            self.true(f'row {step}: {own}, stiff {other}', max(abs(a - b) for a, b in zip(own, other)) < 0.05)
 
     def test_friction_decays_with_the_way_of_nodes(self):
         """DECAy: where all slips, friction is what the way of the nodes has left of it."""
