@@ -13,6 +13,7 @@ module mortar_types
     integer, allocatable :: face(:) !! (n) face of the master
     real(wp), allocatable :: weight(:) !! (n) W [length^2]
     real(wp), allocatable :: offset(:) !! (n) what is added to the normal gap [length]
+    real(wp), allocatable :: compliance(:) !! (n) of a penalty, 0 without [length/force]
     real(wp), allocatable :: frame(:, :, :) !! (3, 3, n) p1, p2 and the normal
     integer, allocatable :: first(:) !! (n+1) where the row of each begins
     integer, allocatable :: column(:) !! nodes of the rows
@@ -20,7 +21,8 @@ module mortar_types
     real(wp), allocatable :: before(:) !! the same at the places of the last converged state
     real(wp), allocatable :: from(:, :) !! (3, n) slip counts from this mean of places: of the last
     !! converged state, of the free way, and of the pass without friction
-    logical, allocatable :: waits(:) !! (n) no friction yet: it was open at the last converged state
+    logical, allocatable :: new(:) !! (n) open at the last converged state
+    logical, allocatable :: waits(:) !! (n) these: no friction yet
     integer, allocatable :: owner(:, :) !! (3, points) multipliers that act at each point, 0: none
     real(wp), allocatable :: share(:, :) !! (3, points) share of their forces
     real(wp), allocatable :: force(:, :) !! (3, n) z, in space [force]

@@ -312,7 +312,8 @@ contains
       call check_laws(drafts(i), diagnostics)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
-          'write GTOS slave master, MORTar slave master, or NTOS slave master')
+          'write MORTar slave master (no penalty), GTOS slave master (where much slides or '// &
+          'strains), or NTOS slave master (nodes)')
       end if
       if (pair%smooth .and. pair%fit%adjusted) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &

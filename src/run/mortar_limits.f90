@@ -72,7 +72,7 @@ contains
     end do
   end subroutine check_commands
 
-  !> A pair beside others without multipliers, a slave that does not deform, a bulk that is not
+  !> A pair beside others with multipliers of another kind, a slave that does not deform, a bulk that is not
   !! linear, bodies whose motion is unknown.
   subroutine check_bodies(model, pair, name, diagnostics)
     type(model_t), intent(in) :: model !! materials, supports
@@ -82,8 +82,10 @@ contains
     integer :: i
 
     if (.not. pair%mortar) then
-      call refuse(pair%at, 'pair '//pair%name//' has a penalty, and pair '//name//' has MORTar', &
-        'write MORTar in all pairs, or in none', diagnostics)
+      if (pair%augmented) call refuse(pair%at, 'pair '//pair%name//' has AUGMent, and pair '//name &
+        //' has MORTar', 'delete AUGMent, or write MORTar in this pair, too', diagnostics)
+      if (pair%smooth) call refuse(pair%at, 'pair '//pair%name//' has SMOOth, and pair '//name// &
+        ' has MORTar', 'delete SMOOth, or write GTOS in place of MORTar', diagnostics)
       return
     end if
     do i = 1, size(model%materials)

@@ -12,6 +12,7 @@ module restored_balance
   use mortar_types, only: mortar_t
   use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history, add_forces
+  use mortar_points, only: weigh_points, take_point_history
   use elmlib, only: routine_none
   use residuals, only: form_residual, residual_norm, estimate_round_off
   use result_types, only: saved_state_t
@@ -103,24 +104,32 @@ contains
     call estimate_round_off(system, model%mesh%x)
   end subroutine form_state
 
-  !> Adds the forces of the multipliers, weighed at the state, to those of the contact elements.
+  !> With MORTar: the forces of multipliers and of other points, weighed at the state, in the place
+  !! of those of the contact elements.
   subroutine add_multipliers(model, system)
     type(model_t), intent(in) :: model !! pairs with the multipliers of the state
-    type(system_t), intent(inout) :: system !! contact_force, right given; gets theirs
+    type(system_t), intent(inout) :: system !! contact elements; gets contact_force, right
     type(mortar_t) :: nodes
     integer :: k
 
+    if (.not. any(model%pairs%mortar)) return
+    system%contact_force = 0.0_wp
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
-        if (.not. pair%mortar) cycle
-        call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
-          system%position%x_now, nodes)
-        call take_history(pair%old_nodes, pair%old_nodes, nodes)
+        if (pair%mortar) then
+          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_history(pair%old_nodes, pair%old_nodes, nodes)
+        else
+          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_point_history(pair, system%position%x_now, nodes)
+        end if
         call add_forces(nodes, system%contact_force)
       end associate
     end do
-    if (any(model%pairs%mortar)) call system%form%gather(system, 0.0_wp, .false.)
+    call system%form%gather(system, 0.0_wp, .false.)
   end subroutine add_multipliers
 
   !> Norm of loads, contact forces and forces of the supports as they follow from displacements.

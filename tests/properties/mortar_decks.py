@@ -59,6 +59,24 @@ def on_two(below):
             + f'TRACtion\n  top 0 0 {-PRESSURE}\nOUTPut\n  REACtions floor\nBATCh\n  DT,,1\n  STEP,,1\nEND\n')
 
 
+def pile(one, two, pressed):
+    """Three blocks with two joints: pressed by a pressure, or by a lid that then drags."""
+    text = (f'MFEC * * three blocks\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic {E} 0.3\n'
+            + block('low', (3, 3, 2), (0, 0, 0), (1, 1, 1), 0, 'TET4')
+            + block('mid', (4, 3, 2), (0, 0, 1), (1, 1, 2), 0, 'TET4')
+            + block('high', (4, 3, 2) if 'NTOS' in two else (5, 2, 2), (0, 0, 2), (1, 1, 3), 0, 'TET4')
+            + 'SET floor\n  PLANe 3 0\nSET lid\n  PLANe 3 3\nSET x0\n  PLANe 1 0\nSET y0\n  PLANe 2 0\n'
+            + 'SET one\n  PLANe 3 1\nSET two\n  PLANe 3 2\nSURFace under FROM one IN low\nSURFace over FROM one IN mid\n'
+            + 'SURFace below FROM two IN mid\nSURFace above FROM two IN high\nSURFace top FROM lid\nCONTact\n'
+            + f'  PAIR 1\n    {one}\n    FRICtion COULomb 0.9\n  PAIR 2\n    {two}\n    FRICtion COULomb 0.3\n')
+    if pressed:
+        return (text + f'BOUNdary\n  floor 0 0 1\n  x0 1 0 0\n  y0 0 1 0\nTRACtion\n  top 0 0 {-PRESSURE}\n'
+                + 'OUTPut\n  REACtions floor\nBATCh\n  DT,,1\n  STEP,,1\nEND\n')
+    return (text + 'BOUNdary\n  floor 1 1 1\n  lid 1 1 1\nDISPlacement\n  lid 0 0 -0.01 1\n  lid 0.02 0.005 0 2\n'
+            + 'PROPortional 1\n  0 0\n  1 1\nPROPortional 2\n  0 0\n  1 0\n  2 1\n'
+            + 'OUTPut\n  REACtions floor lid\nBATCh\n  DT,,1/4\n  STEP,,8\nEND\n')
+
+
 def in_corner(kind):
     """A block between a rigid floor and a rigid wall: nodes of its edge are in two pairs."""
     return (f'MFEC * * a corner\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic {E} 0.3\n'

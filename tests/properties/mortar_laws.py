@@ -5,7 +5,7 @@ import os
 
 import h5py
 
-from mortar_decks import E, PRESSURE, in_corner, kinked, lame, on_two, rings, two_blocks
+from mortar_decks import E, PRESSURE, in_corner, kinked, lame, on_two, pile, rings, two_blocks
 from rigid_laws import rigid_rows
 
 
@@ -53,6 +53,28 @@ class MortarLaws:
         for kind in ('TET4', 'TET10'):
             r = self.strained('mortar_corner', in_corner(kind), (-0.5 + 0.3, 0.3*1.5, -1 + 0.3*0.5),
                               'a corner, ' + kind)
+
+    def test_other_forms_beside_it(self):
+        """A pair with a penalty beside one with multipliers: stresses are even, and forces those of
+        penalties in both, as far as these are stiff."""
+        own = 'MORTar over under'
+        for other in ('GTOS above below SEGMent', 'GTOS above below', 'NTOS above below'):
+            r = self.run(self.written('mortar_beside', pile(own, other, True)))
+            for pair in ('1', '2'):
+                self.near(f'{other}: force of pair {pair}', r.con[1][pair]['F3'], PRESSURE, 1e-9)
+                self.near(f'{other}: friction of pair {pair}', r.con[1][pair]['Ft'], 0, 1e-9)
+            stiff = other + '\n    PENAlty AUTO 100'
+            r = self.run(self.written('mortar_beside', pile(own, stiff, False)))
+            both = self.run(self.written('stiff_beside', pile('GTOS over under SEGMent\n    PENAlty AUTO 1000', stiff,
+                                                             False)))
+            for step in r.con:
+                for pair in ('1', '2'):
+                    c, wanted = r.con[step][pair], both.con[step][pair]
+                    for k in ('F1', 'F2', 'F3'):
+                        self.near(f'{other}, row {step}: {k} of pair {pair}', c[k]/wanted['F3'],
+                                  wanted[k]/wanted['F3'], 0.002)
+                    self.near(f'{other}, row {step}: {pair} and lid', c['F3'], -r.rea[step]['lid'][2], 1e-9)
+                self.true(f'{other}, row {step}: cone', r.con[step]['2']['Ft'] < 0.3*r.con[step]['2']['Fn']*(1 + 1e-6))
 
     def test_kinked_joints_are_one(self):
         """A multiplier a face: an even pressure goes through a joint with kinks."""

@@ -5,7 +5,7 @@ A scene depends on its seed only, so any one can be run again by its number.
 import math
 import random
 
-from scene import Deck, Body, Scene, clearance, number, rotate
+from scene import Deck, Body, Scene, clearance, number, rotate, with_mortar
 
 # A top that turns takes its block of small strain along; from 18 degrees on that ends a run.
 MOST_TURN = 0.2  # [rad]
@@ -292,17 +292,7 @@ def segmented_scene(seed):
 
 
 def mortar_scene(seed):
-    """The same scene with multipliers at nodes; a slave that does not deform becomes the master."""
-    scene = Maker(seed).scene()
+    """The same scene with multipliers at nodes."""
+    scene = with_mortar(Maker(seed).scene())
     scene.name, scene.group = f'mortar {seed}', 'mortar'
-    scene.deck.form = 'MORTar'
-    rigid = {n for n, material in enumerate(scene.deck.materials, 1) if material == 'RIGId'}
-    still = {n for material, nodes in scene.deck.elements if material in rigid for n in nodes}
-    nodes = dict(scene.deck.sets)
-    for k, (name, slave, master, lines) in enumerate(scene.deck.pairs):
-        if still.issuperset(nodes[slave if slave in nodes else slave + '_nodes']):
-            scene.deck.pairs[k] = (name, master, slave, lines)
-            for _, _, signs, _ in scene.balance:
-                if name in signs:
-                    signs[name] = -signs[name]
     return scene

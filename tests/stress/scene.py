@@ -249,6 +249,24 @@ class Scene:
         self.seconds = seconds          # time limit
 
 
+def with_mortar(scene):
+    """A scene with multipliers at nodes; where the slave does not deform it becomes the master."""
+    deck = scene.deck
+    deck.form, deck.points = 'MORTar', ''
+    rigid = {n for n, material in enumerate(deck.materials, 1) if material == 'RIGId'}
+    still = {n for material, nodes in deck.elements if material in rigid for n in nodes}
+    nodes = {name: {n for t in triangles for n in t} for name, triangles in deck.listed}
+    nodes.update((name, set(deck_nodes)) for name, deck_nodes in deck.sets)
+    nodes.update((name, nodes[own]) for name, own in deck.surfaces)
+    for k, (name, slave, master, lines) in enumerate(deck.pairs):
+        if still.issuperset(nodes[slave]):
+            deck.pairs[k] = (name, master, slave, lines)
+            for _, _, signs, _ in scene.balance:
+                if name in signs:
+                    signs[name] = -signs[name]
+    return scene
+
+
 def rotate(x, y, angle):
     """(x, y) turned by an angle [rad]."""
     c, s = math.cos(angle), math.sin(angle)

@@ -35,6 +35,7 @@ module mortar_system
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
+    logical, allocatable :: yields(:) !! (n) by a penalty
   end type mortar_system_t
 
 contains
@@ -63,6 +64,7 @@ contains
       if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
         system%condensed%bodies(b), unknowns)
     end do
+    call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
     call take_cones(model, unknowns)
   end subroutine build_mortar
@@ -318,6 +320,25 @@ contains
     end associate
   end subroutine add_rigid
 
+  !> Points of other forms yield by their penalties, eq. (7.19).
+  pure subroutine add_penalties(model, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their rows
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets yields
+    integer :: k, m, i, c
+
+    allocate (unknowns%yields(unknowns%n), source=.false.)
+    do k = 1, size(model%pairs)
+      do m = 1, model%pairs(k)%nodes%n
+        i = unknowns%start(k) + m
+        unknowns%yields(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
+        do c = 3*i - 2, 3*i
+          unknowns%compliance(c, c) = unknowns%compliance(c, c) &
+            + model%pairs(k)%nodes%compliance(m)
+        end do
+      end do
+    end do
+  end subroutine add_penalties
+
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
@@ -328,7 +349,7 @@ contains
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free)) cycle
+        if (all(free) .or. unknowns%yields(i)) cycle
         q = 0.0_wp
         stiff = 0.0_wp
         do k = 1, 3

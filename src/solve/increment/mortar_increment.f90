@@ -5,6 +5,7 @@ module mortar_increment
   use model_types, only: model_t
   use mortar_types, only: mortar_t
   use mortar_weights, only: weigh_nodes
+  use mortar_points, only: weigh_points, take_point_history
   use mortar_history, only: take_history, take_forces, show_points
   use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
   use mortar_newton, only: mortar_result_t, solve_multipliers
@@ -67,6 +68,10 @@ contains
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
     call restart_points(model, system)
+    do k = 1, size(model%pairs)
+      model%pairs(k)%history%softened = .false.
+      model%pairs(k)%history%raise = 1.0_wp
+    end do
     call move_targets(model, system, 0.0_wp, changes)
     call restore_forces(system%condensed)
     call follow_weights(model, system, waits, time, settings, monitor, progress)
@@ -119,12 +124,14 @@ contains
   !> Points show what the multipliers around them do.
   subroutine show_all(model, system)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! contact elements: status
+    type(system_t), intent(inout) :: system !! contact elements: status, slip
     integer :: k
 
     do k = 1, size(model%pairs)
-      call show_points(model%pairs(k), system%contact%status(system%place%first_point(k): &
-        system%place%first_point(k + 1) - 1))
+      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
+        call show_points(model%pairs(k), system%contact%status(first:last), &
+          system%contact%slip(:, first:last))
+      end associate
     end do
   end subroutine show_all
 
@@ -141,12 +148,18 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
-        call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
-          system%position%x_now, nodes)
+        if (pair%mortar) then
+          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_history(pair%old_nodes, pair%nodes, nodes)
+          nodes%status = kept_status(pair%nodes, nodes)
+        else
+          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_point_history(pair, system%position%x_old, nodes)
+        end if
         change = max(change, difference(pair%nodes, nodes))
-        call take_history(pair%old_nodes, pair%nodes, nodes)
-        nodes%status = kept_status(pair%nodes, nodes)
-        call place_new(pair, system, k, waits, nodes)
+        call place_new(system, k, waits, nodes)
         if (nodes%n == pair%nodes%n .and. allocated(pair%nodes%gap)) then
           nodes%gap = pair%nodes%gap
           nodes%criterion = pair%nodes%criterion
