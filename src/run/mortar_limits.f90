@@ -72,8 +72,8 @@ contains
     end do
   end subroutine check_commands
 
-  !> A pair beside others with multipliers of another kind, a slave that does not deform, a bulk that is not
-  !! linear, bodies whose motion is unknown.
+  !> A pair beside others that is no row by row, a slave that does not deform, a bulk that is not
+  !! linear.
   subroutine check_bodies(model, pair, name, diagnostics)
     type(model_t), intent(in) :: model !! materials, supports
     type(pair_t), intent(in) :: pair !! one of the pairs
@@ -84,6 +84,9 @@ contains
     if (.not. pair%mortar) then
       if (pair%augmented) call refuse(pair%at, 'pair '//pair%name//' has AUGMent, and pair '//name &
         //' has MORTar', 'delete AUGMent, or write MORTar in this pair, too', diagnostics)
+      ! three cones on each of its cells are more than Newton's method settles beside the nodes'
+      if (pair%segmented) call refuse(pair%at, 'pair '//pair%name//' has SEGMent, and pair '//name &
+        //' has MORTar', 'write MORTar in this pair, too, or GTOS without SEGMent', diagnostics)
       if (pair%smooth) call refuse(pair%at, 'pair '//pair%name//' has SMOOth, and pair '//name// &
         ' has MORTar', 'delete SMOOth, or write GTOS in place of MORTar', diagnostics)
       return
