@@ -6,6 +6,9 @@
 # one of the words, `--only NAME` runs one and prints it whole when it has ended. LANES=1: one by one.
 export OPENBLAS_NUM_THREADS=1
 unset MAKEFLAGS MFLAGS  # a part that builds has a make of its own, with all processors
+# The wheels are not compiled when they are installed: what is used is, once, and kept out of the tree.
+unset PYTHONDONTWRITEBYTECODE
+export PYTHONPYCACHEPREFIX="$PWD/build/pycache"
 logs=build/test
 mkdir -p "$logs"
 task=sum
@@ -32,6 +35,8 @@ run_part() {
   start=$(date +%s)
   "$@" >"$log" 2>&1
   status=$?
+  times >"$logs/$name.times"  # of this process and of its children, which are those of one part
+  used=$(awk -F'[ms ]+' '{ s = 60*($1 + $3) + $2 + $4 } END { print int(s + 0.5) }' "$logs/$name.times")
   line=$(grep -E '^[0-9]+ passed, [0-9]+ failed$' "$log" | tail -n 1)
   line=${line:-0 passed, 0 failed}
   good=${line%% *} bad=${line#*, } bad=${bad% failed}
@@ -45,7 +50,7 @@ run_part() {
     flock 9
     echo "== $name"
     cat "$log"
-    echo "   ($(($(date +%s) - start)) s)"
+    echo "   ($(($(date +%s) - start)) s, $used s of processor)"
   } 9>"$logs/printing"
 }
 

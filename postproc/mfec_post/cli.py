@@ -1,4 +1,4 @@
-"""The command mfec-post: report, plot, picture, movie, compare, export, identify, check, adapt."""
+"""The command mfec-post: report, plot, picture, movie, compare, export, identify, check, adapt, watch."""
 from __future__ import annotations
 
 import argparse
@@ -8,7 +8,7 @@ from typing import Optional
 
 import mfec
 
-from . import adapt, check, compare, demo, drawing, export, identify, pictures, plots, report
+from . import adapt, check, compare, demo, drawing, export, identify, pictures, plots, report, watch
 from .tables import TableError
 
 
@@ -58,6 +58,8 @@ def parser() -> argparse.ArgumentParser:
     one = commands.add_parser('adapt', help='a number with its error: runs, estimates and remeshes '
                               'until it is small enough')
     adapt.add_options(one)
+    one = commands.add_parser('watch', help='residual and reactions of a run while it goes on')
+    watch.add_options(one)
     return top
 
 
@@ -98,6 +100,8 @@ def main(arguments: Optional[list[str]] = None) -> int:
     if given.command == 'adapt':
         return adapt.main(given)
     try:
+        if given.command == 'watch':
+            return watch.main(given)
         if given.command == 'demo':
             return demo.main(['--program', mfec.find_program(), '--deck',
                               str(mfec.example('sliding_cube')), '--out', given.out])

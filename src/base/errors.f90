@@ -7,7 +7,7 @@ module errors
   private
   public :: error_t, raise
   public :: exit_done, exit_deck, exit_no_convergence, exit_resources, exit_hung_up, &
-    exit_interrupted, exit_terminated
+    exit_interrupted, exit_terminated, exit_out_of_time
 
   !> Exit codes of the program (doc/manual, "Command line").
   integer, parameter :: exit_done = 0
@@ -17,6 +17,7 @@ module errors
   integer, parameter :: exit_hung_up = 129
   integer, parameter :: exit_interrupted = 130
   integer, parameter :: exit_terminated = 143
+  integer, parameter :: exit_out_of_time = 152
 
   !> What went wrong, where, and what to do about it.
   type :: error_t

@@ -1,4 +1,5 @@
-!> SIGINT, SIGTERM and SIGHUP ask the run to stop; the run looks here, closes its files and ends.
+!> SIGINT, SIGTERM, SIGHUP and SIGXCPU ask the run to stop; the run looks here, closes its files
+!! and ends.
 !!
 !! A run that does not look for a second, inside a factorisation say, is ended from the alarm's
 !! handler: between `begin_writing` and `end_writing` the handler waits, at all other times the
@@ -8,7 +9,7 @@
 module signals
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr, &
     c_char, c_size_t, c_long
-  use errors, only: exit_hung_up, exit_interrupted, exit_terminated
+  use errors, only: exit_hung_up, exit_interrupted, exit_terminated, exit_out_of_time
   implicit none
   private
   public :: catch_signals, stop_requested, stop_exit_code, begin_writing, end_writing, &
@@ -19,11 +20,12 @@ module signals
   integer(c_int), parameter :: signal_pipe = 13_c_int !! SIGPIPE
   integer(c_int), parameter :: signal_alarm = 14_c_int !! SIGALRM
   integer(c_int), parameter :: signal_terminate = 15_c_int !! SIGTERM
+  integer(c_int), parameter :: signal_time = 24_c_int !! SIGXCPU: `ulimit -St`
   integer(c_int), parameter :: signal_file_size = 25_c_int !! SIGXFSZ
   integer(c_intptr_t), parameter :: ignore = 1_c_intptr_t !! SIG_IGN
   integer(c_int), parameter :: standard_error = 2_c_int !! its descriptor
   !> Seconds that a run has to end by itself.
-  integer(c_int), parameter :: patience = 1_c_int
+  integer(c_int), parameter :: seconds_to_end = 1_c_int
 
   character(*, c_char), parameter :: stopped = 'stopped by a signal'
   character(*, c_char), parameter :: in_order = &
@@ -80,6 +82,7 @@ contains
     caught = 0_c_int
     before = c_signal(signal_interrupt, c_funloc(handle_signal))
     before = c_signal(signal_terminate, c_funloc(handle_signal))
+    before = c_signal(signal_time, c_funloc(handle_signal))
     before = c_signal(signal_hang_up, c_funloc(handle_signal))
     if (transfer(before, ignore) == ignore) before = c_signal(signal_hang_up, before)
     before = c_signal(signal_alarm, c_funloc(handle_alarm))
@@ -101,6 +104,8 @@ contains
       code = exit_interrupted
     case (signal_hang_up)
       code = exit_hung_up
+    case (signal_time)
+      code = exit_out_of_time
     case default
       code = exit_terminated
     end select
@@ -145,7 +150,7 @@ contains
       call handle_alarm(signal_alarm)
     else
       caught = number
-      left = c_alarm(patience)
+      left = c_alarm(seconds_to_end)
     end if
   end subroutine handle_signal
 
@@ -156,7 +161,7 @@ contains
 
     if (number /= signal_alarm .or. caught == 0_c_int) return
     if (writing > 0_c_int) then
-      left = c_alarm(patience)
+      left = c_alarm(seconds_to_end)
       return
     end if
     if (log_descriptor < 0_c_int) then

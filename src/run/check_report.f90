@@ -12,6 +12,10 @@ module check_report
   use audit, only: begin_audit
   use audit_text, only: audit_finding, audit_warning
   use run_context, only: context_t
+  use blas_info, only: start_blas
+  use ranks, only: count_ranks
+  use memory, only: memory_left, memory_text
+  use run_estimate, only: estimate_t, estimate_run, tell_estimate
   use terminal, only: print_line
   implicit none
   private
@@ -20,12 +24,15 @@ module check_report
 contains
 
   !> Counts, notes, gaps, bodies that nothing or contact alone holds, coarse facets, locking, moved
-  !! nodes. Bodies are found and points get their facets for that; no matrix is made.
+  !! nodes, and what a run will take. Bodies are found, points get their facets, and the matrix of
+  !! the bulk is made and analysed, not factorised.
   subroutine print_check(commands, context, error)
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
     type(error_t), allocatable, intent(out) :: error !! what would end a run at once
-    integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
+    integer, parameter :: warned_checks(3) = [check_facets, check_locking, check_moved]
+    type(error_t), allocatable :: no_memory
+    type(estimate_t) :: estimate
     integer :: k
 
     associate (model => context%model, system => context%system)
@@ -48,13 +55,23 @@ contains
       call report_gaps(context, .true.)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       call begin_audit(model, system, context%state, context%audit)
-      do k = 1, size(checks)
-        if (context%audit%verdict(checks(k)) == verdict_warning) then
-          call context%monitor%warning(audit_warning(model, system, context%audit, checks(k)))
+      do k = 1, size(warned_checks)
+        if (context%audit%verdict(warned_checks(k)) == verdict_warning) then
+          call context%monitor%warning(audit_warning(model, system, context%audit, &
+            warned_checks(k)))
         else
-          call print_line(context%terminal, audit_finding(model, system, context%audit, checks(k)))
+          call print_line(context%terminal, audit_finding(model, system, context%audit, &
+            warned_checks(k)))
         end if
       end do
+      call start_blas(no_memory)
+      if (count_ranks() > 1) return
+      if (allocated(error) .or. allocated(no_memory)) return
+      call estimate_run(model, system, count_steps(commands), estimate)
+      call tell_estimate(estimate, context%terminal)
+      if (estimate%memory > memory_left()) call context%monitor%warning('the run may need more '// &
+        'memory than the '//memory_text(memory_left())//' that there are: make the mesh '// &
+        'coarser, or let ./mfec-petsc share it (make PETSC=1)')
     end associate
   end subroutine print_check
 

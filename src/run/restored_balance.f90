@@ -26,7 +26,7 @@ module restored_balance
 
   !> What balance may lack over the force scale, where the run left less, with multipliers and
   !! without. Those of MORTar act with weights that have settled to 1e-6.
-  real(wp), parameter :: least = 1.0e-7_wp
+  real(wp), parameter :: least_balance = 1.0e-7_wp
   real(wp), parameter :: least_augmented = 1.0e-5_wp
   !> The same over what the run left, or over round-off, and at most.
   real(wp), parameter :: over_left = 100.0_wp
@@ -61,7 +61,7 @@ contains
     own = system%form
     system%form = full_form_of_system()
     call form_state(model, system, state)
-    share = least
+    share = least_balance
     do k = 1, size(model%pairs)
       if (model%pairs(k)%mortar) share = max(share, least_augmented)
       if (.not. model%pairs(k)%augmented) cycle

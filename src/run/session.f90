@@ -15,7 +15,7 @@ module session
     warning_lines
   use source, only: file_text
   use mesh_building, only: drop_middles
-  use model_types, only: model_t
+  use model_types, only: model_t, state_none
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
   use batch_reader, only: read_batch
@@ -231,6 +231,7 @@ contains
       if (.not. allocated(error)) call tell_untouched(context)
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
         states%base, study, context, variant_seconds, error)
+      if (allocated(error) .and. .not. study%active) call advise_restart(states, context, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
@@ -242,6 +243,23 @@ contains
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
   end subroutine run_problem
+
+  !> What a run can go on from, as the last line of the message that ends it.
+  subroutine advise_restart(states, context, error)
+    type(saved_states_t), intent(in) :: states !! where it began, its files
+    type(context_t), intent(in) :: context !! the problem, the last end time
+    type(error_t), intent(inout) :: error !! gets the line
+    integer :: last
+
+    last = context%state%step
+    associate (output => context%model%output)
+      if (error%code == exit_deck .or. output%state == state_none) return
+      if (any(context%model%pairs%mortar)) return
+      if (last - mod(last, max(1, output%every)) <= states%step) return
+    end associate
+    error%message = error%message//new_line('a')//'  to go on from the last state that is '// &
+      'kept: the same command with --restart '//states%base//'.vtkhdf'
+  end subroutine advise_restart
 
   !> Reports what derivatives do not know of the scene, which is built for it on a copy: a check
   !! builds its own.

@@ -10,6 +10,7 @@ module condensed_bodies
   use ordered_blocks, only: ordered_blocks_t
   use block_matrix, only: multiply
   use back_ends, only: solver_done, solver_out_of_memory
+  use cholmod_solver, only: factor_work
   use condensed_types, only: condensed_t, body_sums_t
   use condensed_motions, only: pin_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
@@ -18,10 +19,11 @@ module condensed_bodies
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_all, begin_influence, number_candidates, load_candidates, free_condensed
+  public :: condense_all, foresee_body, begin_influence, number_candidates, load_candidates, &
+    free_condensed
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
-  real(wp), parameter :: large_factor = 1.0e9_wp
+  real(wp), parameter :: bytes_for_single = 1.0e9_wp
   !> Threads begin to share the largest factor at this part of the share that is foreseen: what is
   !! shared too early costs little, a thread that waits all of its time.
   real(wp), parameter :: early = 0.7_wp
@@ -117,6 +119,33 @@ contains
     ready = outcome == solver_done
   end subroutine begin_body
 
+  !> What a body will cost, by the analysis of its matrix, which goes again.
+  subroutine foresee_body(system, b, needed, work, entries, m)
+    type(system_t), intent(inout) :: system !! bodies and candidates of condensed
+    integer, intent(in) :: b !! the body
+    real(wp), intent(out) :: needed !! memory of factor and compliance [byte]
+    real(wp), intent(out) :: work !! products and sums of the factor and of the compliance
+    real(wp), intent(out) :: entries !! of the factor
+    integer, intent(out) :: m !! rows of a dense compliance; 0 where the factor stands in for it
+    type(ordered_blocks_t) :: matrix
+    type(cost_t) :: costs
+    real(wp) :: promised
+    logical :: ready
+    integer :: outcome
+
+    work = 0.0_wp
+    entries = 0.0_wp
+    m = 0
+    promised = 0.0_wp
+    call begin_body(system, b, matrix, promised, needed, ready, costs, outcome)
+    associate (body => system%condensed%bodies(b))
+      if (needed > 0.0_wp) call factor_work(body%solver, work, entries)
+      if (needed > 0.0_wp .and. .not. body%tree%used) m = body%m
+      work = work + 2.0_wp/3.0_wp*real(m, wp)**3
+      call free_body(body)
+    end associate
+  end subroutine foresee_body
+
   !> Products with the compliance of a body are all that is asked of it: its bulk is linear,
   !! supports hold it, and neither a study nor derivatives ask for more.
   pure logical function may_be_tree(system, b) result(may)
@@ -199,7 +228,7 @@ contains
       system%condensed%bodies(b), costs, outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
-      large = needed_bytes(system%condensed%bodies(b)) > large_factor
+      large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
       if ((gives .or. large) .and. .not. system%condensed%bodies(b)%tree%used) &
         call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
@@ -278,42 +307,40 @@ contains
   end subroutine find_influence
 
   !> Numbers the candidates body after body; forces and defects start at zero.
-  subroutine number_candidates(system)
-    type(system_t), intent(inout) :: system !! bodies of condensed given
+  subroutine number_candidates(condensed)
+    type(condensed_t), intent(inout) :: condensed !! bodies of condensed given
     integer :: b, j, n
 
-    associate (condensed => system%condensed)
-      condensed%place = 0
-      n = 0
-      do b = 1, size(condensed%bodies)
-        condensed%bodies(b)%first = n
-        n = n + condensed%bodies(b)%m
-      end do
-      condensed%n = n
-      condensed%alive%n_live = 0
-      condensed%alive%live = [integer ::]
-      condensed%node = spread(0, 1, n)
-      condensed%direction = condensed%node
-      condensed%alive%live_place = condensed%node
-      do b = 1, size(condensed%bodies)
-        associate (body => condensed%bodies(b))
-          body%n_live = 0
-          call drop_live(body)
-          do j = 1, body%m
-            n = body%first + j
-            condensed%node(n) = body%node(body%equation(j))
-            condensed%direction(n) = body%direction(body%equation(j))
-            condensed%place(condensed%direction(n), condensed%node(n)) = n
-          end do
-        end associate
-      end do
-      if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
-      condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
-      condensed%bulk%force = condensed%outer%loaded
-      condensed%bulk%force_change = condensed%outer%loaded
-      condensed%bulk%defect = condensed%outer%loaded
-      call place_modes(condensed)
-    end associate
+    condensed%place = 0
+    n = 0
+    do b = 1, size(condensed%bodies)
+      condensed%bodies(b)%first = n
+      n = n + condensed%bodies(b)%m
+    end do
+    condensed%n = n
+    condensed%alive%n_live = 0
+    condensed%alive%live = [integer ::]
+    condensed%node = spread(0, 1, n)
+    condensed%direction = condensed%node
+    condensed%alive%live_place = condensed%node
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%n_live = 0
+        call drop_live(body)
+        do j = 1, body%m
+          n = body%first + j
+          condensed%node(n) = body%node(body%equation(j))
+          condensed%direction(n) = body%direction(body%equation(j))
+          condensed%place(condensed%direction(n), condensed%node(n)) = n
+        end do
+      end associate
+    end do
+    if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+    condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
+    condensed%bulk%force = condensed%outer%loaded
+    condensed%bulk%force_change = condensed%outer%loaded
+    condensed%bulk%defect = condensed%outer%loaded
+    call place_modes(condensed)
   end subroutine number_candidates
 
   !> Displacements of the candidates without contact.
@@ -328,14 +355,14 @@ contains
   end subroutine load_candidates
 
   !> Releases all factors.
-  subroutine free_condensed(system)
-    type(system_t), intent(inout) :: system !! condensed is emptied
+  subroutine free_condensed(condensed)
+    type(condensed_t), intent(inout) :: condensed !! condensed is emptied
     integer :: b
 
-    if (.not. allocated(system%condensed%bodies)) return
-    do b = 1, size(system%condensed%bodies)
-      call free_body(system%condensed%bodies(b))
+    if (.not. allocated(condensed%bodies)) return
+    do b = 1, size(condensed%bodies)
+      call free_body(condensed%bodies(b))
     end do
-    system%condensed = condensed_t()
+    condensed = condensed_t()
   end subroutine free_condensed
 end module condensed_bodies

@@ -23,6 +23,8 @@ module mortar_increment
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, state_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: solve_mortar
@@ -67,7 +69,7 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
-    call restart_points(model, system)
+    call restart_points(model, system%costs, system%position)
     do k = 1, size(model%pairs)
       model%pairs(k)%history%softened = .false.
       model%pairs(k)%history%raise = 1.0_wp
@@ -105,7 +107,7 @@ contains
       if (round > 1 .and. changes == 0 .and. change <= unchanged .and. moved <= &
         at_rest*system%scale%facet_size) then
         progress%outcome = outcome_converged
-        call show_all(model, system)
+        call show_all(model, system%contact, system%place)
         return
       end if
       call solve_round(model, system, time, monitor, progress, moved)
@@ -122,15 +124,15 @@ contains
   end subroutine follow_weights
 
   !> Points show what the multipliers around them do.
-  subroutine show_all(model, system)
+  subroutine show_all(model, contact, place)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! contact elements: status, slip
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets status, slip
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
     do k = 1, size(model%pairs)
-      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
-        call show_points(model%pairs(k), system%contact%status(first:last), &
-          system%contact%slip(:, first:last))
+      associate (first => place%first_point(k), last => place%first_point(k + 1) - 1)
+        call show_points(model%pairs(k), contact%status(first:last), contact%slip(:, first:last))
       end associate
     end do
   end subroutine show_all
