@@ -58,8 +58,8 @@ contains
     integer, intent(in) :: edge !! the edge that faces this corner
 
     associate (across => pair%surface%neighbours(edge, facet))
-      goes_on = dot_product(normal_at_edge(pair, x, facet, across), normal_at_edge(pair, x, across, &
-        facet)) > one_face
+      goes_on = dot_product(normal_at_edge(pair, x, facet, across), &
+        normal_at_edge(pair, x, across, facet)) > one_face
     end associate
   end function goes_on
 

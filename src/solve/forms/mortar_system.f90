@@ -1,5 +1,6 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
 !! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
+!! In more than 400 lines, since gaps, compliance and motions are sums over the same rows.
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t

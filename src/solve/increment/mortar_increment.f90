@@ -64,7 +64,7 @@ contains
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
     system%u = system%position%carried
-    call return_rigid(system)
+    call return_rigid(system%u, system%tools)
     system%position%x_now = model%mesh%x + system%u
     do k = 1, size(model%pairs)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes

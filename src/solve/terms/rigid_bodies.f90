@@ -304,16 +304,15 @@ contains
   !> What acts on the unknowns of all bodies but for contact.
   pure function loads_on_rigid(system) result(load)
     type(system_t), intent(in) :: system !! rigid bodies, loads
-    real(wp) :: load(system%tools%border%n), w(6)
+    real(wp), allocatable :: load(:)
+    real(wp) :: w(6)
     integer :: b
 
-    load = rigid_values(system, system%loads%external)
+    load = [real(wp) ::]
     do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first &
-        - system%equations)
-        w = [rigid%load(1:3), rigid%load(4:6)/rigid%length]
-        load(first + 1:first + size(rigid%unknown)) = load(first + 1:first + &
-          size(rigid%unknown)) + w(rigid%unknown)
+      associate (rigid => system%tools%rigid(b))
+        w = rigid%load + wrench_on(rigid, system%u, rigid%move, system%loads%external)
+        load = [load, w(rigid%unknown)/merge(1.0_wp, rigid%length, rigid%unknown <= 3)]
       end associate
     end do
   end function loads_on_rigid
@@ -323,10 +322,9 @@ contains
     type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
     real(wp), intent(in) :: values(:) !! (border%n) [length]
 
-    if (system%tools%border%n == 0) return
-    system%solution(system%equations + 1:) = values
+    if (size(values) > 0) system%solution(system%equations + 1:) = values
     call try_rigid(system, 1.0_wp)
-    call take_rigid(system)
+    call take_rigid(system%u, system%tools)
   end subroutine move_rigid
 
   !> Residual of the unknowns: what acts on the nodes of a body and on its point.
