@@ -1,5 +1,5 @@
 !> Points of other forms beside multipliers at nodes: each is a multiplier that yields by its
-!! penalty (doc/theory, "Mortar contact", eq. (7.19)).
+!! penalty (doc/theory, "Mortar contact", eq. (7.22)).
 module mortar_points
   use kinds, only: wp
   use contact_types, only: pair_t

@@ -2,9 +2,11 @@
 !! (doc/theory, "Mortar contact").
 module mortar_types
   use kinds, only: wp
+  use vectors, only: cross
+  use element_types, only: status_open
   implicit none
   private
-  public :: mortar_t, multiplier_t, same_multiplier, kept_multipliers, multipliers_of
+  public :: mortar_t, multiplier_t, same_multiplier, kept_multipliers, multipliers_of, turned_way
 
   !> The multipliers of a pair, one for each slave node and face of the master over it.
   type :: mortar_t
@@ -39,6 +41,8 @@ module mortar_types
     integer :: node = 0 !! slave node, 0: there is none
     integer :: face = 0 !! face of the master
     integer :: status = 0 !! as of a contact point
+    real(wp) :: axis(3) = 0.0_wp !! p1 of its frame
+    real(wp) :: normal(3) = 0.0_wp !! n of its frame
     real(wp) :: force(3) = 0.0_wp !! z, in space [force]
     real(wp) :: path = 0.0_wp !! way slipped since the touch [length]
     real(wp) :: way(3) = 0.0_wp !! the same with its directions [length]
@@ -56,8 +60,9 @@ contains
     integer :: i
 
     do i = 1, nodes%n
-      list(i) = multiplier_t(nodes%node(i), nodes%face(i), nodes%status(i), nodes%force(:, i), &
-        nodes%path(i), nodes%way(:, i), nodes%dissipation(i))
+      list(i) = multiplier_t(nodes%node(i), nodes%face(i), nodes%status(i), nodes%frame(:, 1, i), &
+        nodes%frame(:, 3, i), nodes%force(:, i), nodes%path(i), nodes%way(:, i), &
+        nodes%dissipation(i))
     end do
   end function kept_multipliers
 
@@ -73,10 +78,13 @@ contains
     nodes%status = list(:nodes%n)%status
     nodes%path = list(:nodes%n)%path
     nodes%dissipation = list(:nodes%n)%dissipation
-    allocate (nodes%force(3, nodes%n), nodes%way(3, nodes%n))
+    allocate (nodes%force(3, nodes%n), nodes%way(3, nodes%n), nodes%frame(3, 3, nodes%n))
     do i = 1, nodes%n
       nodes%force(:, i) = list(i)%force
       nodes%way(:, i) = list(i)%way
+      nodes%frame(:, 1, i) = list(i)%axis
+      nodes%frame(:, 2, i) = cross(list(i)%normal, list(i)%axis)
+      nodes%frame(:, 3, i) = list(i)%normal
     end do
   end function multipliers_of
 
@@ -91,4 +99,21 @@ contains
     end do
     i = 0
   end function same_multiplier
+
+  !> What was left between a closed multiplier and its mean place on the master, turned with its
+  !! frame, eq. (7.15).
+  pure function turned_way(old, nodes, i, way) result(turned)
+    type(mortar_t), intent(in) :: old !! last converged state
+    type(mortar_t), intent(in) :: nodes !! multipliers as they are
+    integer, intent(in) :: i !! one of them
+    real(wp), intent(in) :: way(3) !! as it was [length]
+    real(wp) :: turned(3)
+    integer :: j
+
+    turned = way
+    j = same_multiplier(old, nodes%node(i), nodes%face(i))
+    if (j == 0) return
+    if (old%status(j) > status_open) turned = matmul(nodes%frame(:, :, i), matmul(way, &
+      old%frame(:, :, j)))
+  end function turned_way
 end module mortar_types

@@ -129,7 +129,8 @@ contains
         why = 'its multiplier belongs to no node'
       else if (one%status < status_open .or. one%status > status_slip) then
         why = 'the status of its multiplier is '//to_text(one%status)
-      else if (.not. all_finite([one%force, one%path, one%way, one%dissipation])) then
+      else if (.not. all_finite([one%axis, one%normal, one%force, one%path, one%way, &
+        one%dissipation])) then
         why = 'its multiplier holds what is not a number'
       end if
     end associate

@@ -99,7 +99,7 @@ module state_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_path), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions', part_path), &
+    'this path with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force without a gap, along a1, e x a1 and e of the facet', part_state_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
@@ -116,6 +116,8 @@ module state_fields
     field_t('face', stored_integer, 1, over_points, '1', 'their faces of the master', &
     part_mortar), &
     field_t('node_status', stored_integer, 1, over_points, '1', 'their status', part_mortar), &
+    field_t('node_axis', stored_real, 3, over_points, '1', 'p1 of their frames', part_mortar), &
+    field_t('node_normal', stored_real, 3, over_points, '1', 'normals of these', part_mortar), &
     field_t('node_force', stored_real, 3, over_points, 'force', 'their forces', part_mortar), &
     field_t('node_path', stored_real, 1, over_points, 'length', &
     'way that they have slipped since the touch', part_mortar), &
@@ -299,6 +301,10 @@ contains
       values => history%cells%area
     case ('place')
       values => history%cells%place(k)
+    case ('node_axis')
+      values => history%multipliers%axis(k)
+    case ('node_normal')
+      values => history%multipliers%normal(k)
     case ('node_force')
       values => history%multipliers%force(k)
     case ('node_path')

@@ -6,8 +6,8 @@ module mortar_limits
   use contact_types, only: pair_t
   use command_line, only: options_t
   use batch_types, only: batch_command_t
-  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
   use bulk_laws, only: laws
+  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
   use model_types, only: model_t
   use ranks, only: count_ranks
   implicit none
@@ -91,17 +91,31 @@ contains
         ' has MORTar', 'delete SMOOth, or write GTOS in place of MORTar', diagnostics)
       return
     end if
-    do i = 1, size(model%materials)
-      if (model%materials(i)%rigid .or. .not. laws(model%materials(i)%law)%finite) cycle
-      if (all(model%element_material /= i)) cycle
-      call refuse(pair%at, 'MORTar knows small strain alone in this version', &
-        'write SOLId LINEar, or GTOS in place of MORTar', diagnostics)
-      exit
-    end do
+    if (any([(is_finite(model, i), i=1, size(model%materials))])) then
+      if (.not. all(model%pairs%mortar)) call refuse(pair%at, 'MORTar beside other forms knows '// &
+        'small strain alone in this version', 'write SOLId LINEar, or MORTar in all pairs', &
+        diagnostics)
+      do i = 1, size(model%conditions%rigid)
+        if (.not. any(model%conditions%rigid(i)%free)) cycle
+        call refuse(pair%at, 'MORTar in finite strain does not know rigid bodies with free '// &
+          'motions in this version: body '//model%conditions%rigid(i)%name//' has some', &
+          'prescribe all its motions by MOVE and TURN, or write GTOS', diagnostics)
+        exit
+      end do
+    end if
     if (.not. allocated(pair%points%slave_facets)) return
     if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
       size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &
       pair%slave//''' does not deform: multipliers there would be more than the master can '// &
       'follow', 'exchange slave and master', diagnostics)
   end subroutine check_bodies
+
+  !> Elements of a material are of finite strain.
+  pure logical function is_finite(model, material)
+    type(model_t), intent(in) :: model !! materials, elements
+    integer, intent(in) :: material !! its number
+
+    is_finite = .not. model%materials(material)%rigid .and. &
+      laws(model%materials(material)%law)%finite .and. any(model%element_material == material)
+  end function is_finite
 end module mortar_limits
