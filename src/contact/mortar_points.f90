@@ -1,4 +1,4 @@
-!> Points of other forms beside multipliers at nodes: each is a multiplier that yields by its
+!> Points of other forms beside multipliers at nodes: each is a multiplier that product by its
 !! penalty (doc/theory, "Mortar contact", eq. (7.22)).
 module mortar_points
   use kinds, only: wp

@@ -325,7 +325,7 @@ contains
         to_text(before, 12)//' is on disk'
       return
     end if
-    if (is_pinned(system, body)) then
+    if (is_fixed(system, body)) then
       t = t//'  HOLD alone stops it there, and may carry nothing: balance the loads, or '// &
         'restrain the body with BOUNdary'//nl//'  everything up to time '//to_text(before, 12)// &
         ' is on disk'
@@ -363,12 +363,12 @@ contains
     t = t//'  everything up to time '//to_text(before, 12)//' is on disk'
   end function shape_message
 
-  !> HOLD stops the body at pins.
-  pure logical function is_pinned(system, body) result(pinned)
-    type(system_t), intent(in) :: system !! pinned, if there are such bodies
+  !> HOLD stops the body at fixings.
+  pure logical function is_fixed(system, body) result(fixed)
+    type(system_t), intent(in) :: system !! fixed, if there are such bodies
     integer, intent(in) :: body !! the body, 0 for none
 
-    pinned = body > 0 .and. allocated(system%body%pinned)
-    if (pinned) pinned = any(spread(system%body%node_body == body, 1, 3) .and. system%body%pinned)
-  end function is_pinned
+    fixed = body > 0 .and. allocated(system%body%fixed)
+    if (fixed) fixed = any(spread(system%body%node_body == body, 1, 3) .and. system%body%fixed)
+  end function is_fixed
 end module audit_text

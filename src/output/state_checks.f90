@@ -13,7 +13,7 @@ module state_checks
   private
   public :: check_state
 
-  !> An apex lies in its target, or beside it by this share of it at most: at a rim.
+  !> An apex lies in its target, or beside it by this share of it at most: at a boundary.
   real(wp), parameter :: beside_target = 0.5_wp
 
 contains

@@ -12,7 +12,7 @@ module condensed_bodies
   use back_ends, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: factor_work
   use condensed_types, only: condensed_t, body_sums_t
-  use condensed_motions, only: pin_body, push_bodies, place_modes
+  use condensed_motions, only: fix_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
     take_shift_out, drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
@@ -101,7 +101,7 @@ contains
     call number_equations(system, b, equation)
     ready = any(equation /= 0)
     if (.not. ready) return
-    call pin_body(system, b)
+    call fix_body(system, b)
     queue = 0
     do i = 1, size(queue)
       if (system%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
@@ -347,7 +347,7 @@ contains
         end do
       end associate
     end do
-    if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+    if (allocated(condensed%bulk%product_of)) deallocate (condensed%bulk%product_of)
     condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
     condensed%bulk%force = condensed%outer%loaded
     condensed%bulk%force_change = condensed%outer%loaded

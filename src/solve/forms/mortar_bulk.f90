@@ -50,7 +50,7 @@ contains
           if (.not. allocated(body%node)) cycle
           if (body%motions%n > 0) call find_modes(system, b)
           call reduce_body(body, u, 0.0_wp, system%costs)
-          call yield(body, body%reduced(body%equation), &
+          call displace(body, body%reduced(body%equation), &
             condensed%outer%loaded(body%first + 1:body%first + body%m))
         end associate
       end do
@@ -99,8 +99,8 @@ contains
     force = merge(system%loads%external - system%inner%bulk_force, 0.0_wp, system%equation > 0)
   end function free_forces
 
-  !> What pins let a body do for a unit at each of them, the work of forces out of balance on that,
-  !! and what resists it, eq. (7.21).
+  !> What fixings let a body do for a unit at each of them, the work of forces out of balance on
+  !! that, and what resists it, eq. (7.21).
   subroutine find_modes(system, b)
     type(system_t), intent(inout) :: system !! condensed; gets modes of a body, pushes, hold
     integer, intent(in) :: b !! the body
@@ -121,14 +121,14 @@ contains
         condensed%rigid%hold(first + l, first + l) = spring(l)
         do k = 1, body%motions%n
           associate (at => condensed%rigid%hold(first + k, first + l))
-            at = at - spring(k)*way(body%pin_direction(k), body%pin_node(k))
+            at = at - spring(k)*way(body%fixing_direction(k), body%fixing_node(k))
           end associate
         end do
       end do
     end associate
   end subroutine find_modes
 
-  !> Stiffness of the springs at the pins of a body.
+  !> Stiffness of the springs at the fixings of a body.
   pure function pin_springs(system, b) result(spring)
     type(system_t), intent(in) :: system !! the matrix that was condensed
     integer, intent(in) :: b !! the body
@@ -137,13 +137,13 @@ contains
 
     associate (body => system%condensed%bodies(b), blocks => system%whole%bulk_matrix)
       do k = 1, size(spring)
-        spring(k) = blocks%val(body%pin_direction(k), body%pin_direction(k), &
-          find_block(blocks, body%pin_node(k), body%pin_node(k)))
+        spring(k) = blocks%val(body%fixing_direction(k), body%fixing_direction(k), &
+          find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
       end do
     end associate
   end function pin_springs
 
-  !> Forces at the pins of a body as a nodal field.
+  !> Forces at the fixings of a body as a nodal field.
   pure function pin_forces(system, b, at_pins) result(force)
     type(system_t), intent(in) :: system !! condensed
     integer, intent(in) :: b !! the body
@@ -154,12 +154,12 @@ contains
     force = 0.0_wp
     associate (body => system%condensed%bodies(b))
       do k = 1, size(at_pins)
-        force(body%pin_direction(k), body%pin_node(k)) = at_pins(k)
+        force(body%fixing_direction(k), body%fixing_node(k)) = at_pins(k)
       end do
     end associate
   end function pin_forces
 
-  !> Displacements of a body with pins under forces and contact.
+  !> Displacements of a body with fixings under forces and contact.
   subroutine answer_body(body, force, contact, costs, way)
     type(condensed_body_t), intent(inout) :: body !! condensed; reduced changes
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
@@ -169,7 +169,7 @@ contains
     real(wp) :: moved(body%m)
 
     call reduce_body(body, force, 0.0_wp, costs)
-    call yield(body, body%reduced(body%equation) - contact, moved)
+    call displace(body, body%reduced(body%equation) - contact, moved)
     call complete_body(body, moved, way, costs)
   end subroutine answer_body
 
@@ -213,12 +213,12 @@ contains
   end function is_in_balance
 
   !> Displacements of the candidates of a body under forces there.
-  subroutine yield(body, force, moved)
+  subroutine displace(body, force, moved)
     type(condensed_body_t), intent(in) :: body !! its compliance
     real(wp), intent(in) :: force(:) !! (m) [force]
     real(wp), intent(inout) :: moved(:) !! (m) [length]
 
     if (body%m > 0) call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, force, 1, 0.0_wp, &
       moved, 1)
-  end subroutine yield
+  end subroutine displace
 end module mortar_bulk

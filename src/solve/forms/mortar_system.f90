@@ -40,7 +40,7 @@ module mortar_system
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what resists them in a bulk that is not
     !! linear [force/length]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
-    logical, allocatable :: yields(:) !! (n) by a penalty
+    logical, allocatable :: gives_way(:) !! (n) by a penalty
   end type mortar_system_t
 
 contains
@@ -194,7 +194,7 @@ contains
       !$omp& private(l, i, moved, now, before)
       do l = 1, unknowns%n
         if (.not. touches(l)) cycle
-        call yield_to(body, own, unknowns%rows, l, moved)
+        call product_with(body, own, unknowns%rows, l, moved)
         do i = 1, unknowns%n
           if (.not. touches(i)) cycle
           call weigh_ways(own, unknowns%rows, i, moved, now, before)
@@ -207,7 +207,7 @@ contains
   end subroutine add_body
 
   !> What a body does where it is live under forces 1 along x, y and z of one multiplier.
-  subroutine yield_to(body, own, rows, l, moved)
+  subroutine product_with(body, own, rows, l, moved)
     type(condensed_body_t), intent(in) :: body !! its compliance
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
@@ -232,7 +232,7 @@ contains
           *body%live(body%skipped + 1:body%skipped + size(moved, 1), own(k, e))
       end do
     end do
-  end subroutine yield_to
+  end subroutine product_with
 
   !> Weighted ways of a multiplier, from those of a body.
   pure subroutine weigh_ways(own, rows, i, moved, now, before)
@@ -335,17 +335,17 @@ contains
     end associate
   end subroutine add_rigid
 
-  !> Points of other forms yield by their penalties, eq. (7.22).
+  !> Points of other forms give way by their penalties, eq. (7.22).
   pure subroutine add_penalties(model, unknowns)
     type(model_t), intent(in) :: model !! pairs with their rows
-    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets yields
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets product
     integer :: k, m, i, c
 
-    allocate (unknowns%yields(unknowns%n), source=.false.)
+    allocate (unknowns%gives_way(unknowns%n), source=.false.)
     do k = 1, size(model%pairs)
       do m = 1, model%pairs(k)%nodes%n
         i = unknowns%start(k) + m
-        unknowns%yields(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
+        unknowns%gives_way(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
         do c = 3*i - 2, 3*i
           unknowns%compliance(c, c) = unknowns%compliance(c, c) &
             + model%pairs(k)%nodes%compliance(m)
@@ -364,7 +364,7 @@ contains
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free) .or. unknowns%yields(i)) cycle
+        if (all(free) .or. unknowns%gives_way(i)) cycle
         q = 0.0_wp
         stiff = 0.0_wp
         do k = 1, 3

@@ -11,7 +11,7 @@ module contact_system
   use contact_points, only: count_points, point_position, point_lift, coupling
   use contact_parameters, only: point_parameters, point_shift
   use contact_overlap, only: withheld_gap
-  use rigid_bodies, only: nothing_yields
+  use rigid_bodies, only: nothing_deforms
   use master_facets, only: is_quadratic, facet_routine
   use contact_targets, only: begin_increment, follow_apexes, settle_points
   use contact_apexes, only: touches
@@ -102,7 +102,7 @@ contains
   end subroutine load_contact
 
   !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing
-  !! yields to it, and it is what the deck says.
+  !! gives way to it, and it is what the deck says.
   subroutine load_point(pair, p, element, system)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -127,7 +127,7 @@ contains
       list%path1(element) = point%path
       list%offset(element) = withheld_gap(pair, p)
       list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%history%softened .and. nothing_yields(system, list%ix(1:list%nel(element), &
+      if (pair%history%softened .and. nothing_deforms(system, list%ix(1:list%nel(element), &
         element))) then
         list%d(d03_epsilon, element) = pair%points%epsilon(p)
         list%shift(:, element) = 0.0_wp

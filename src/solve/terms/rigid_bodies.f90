@@ -12,7 +12,7 @@ module rigid_bodies
   implicit none
   private
   public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
-    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_yields, &
+    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_deforms, &
     rigid_values, rigid_force, rigid_loads, carry_rigid, forget_carrying, rigid_motion, &
     loads_on_rigid, move_rigid
 
@@ -59,13 +59,13 @@ contains
   end function is_carried
 
   !> All nodes of a contact element are prescribed.
-  pure logical function nothing_yields(system, nodes) result(yes)
+  pure logical function nothing_deforms(system, nodes) result(yes)
     type(system_t), intent(in) :: system !! equations, rigid bodies
     integer, intent(in) :: nodes(:) !! of the element
 
     yes = all(system%equation(:, nodes) == 0)
     if (yes .and. allocated(system%tools%carried_by)) yes = all(system%tools%carried_by(nodes) == 0)
-  end function nothing_yields
+  end function nothing_deforms
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
   subroutine begin_rigid(model, u, tools, state, time)

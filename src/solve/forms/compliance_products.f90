@@ -1,6 +1,6 @@
-!> What the bodies of a condensed system yield to the forces of contact (doc/theory, "Static
+!> Products of the compliance of condensed bodies with the forces of contact (doc/theory, "Static
 !! condensation").
-module condensed_yield
+module compliance_products
   use kinds, only: wp
   use threads, only: pays_threads
   use lapack_interface, only: dsymv, dgelss
@@ -13,7 +13,7 @@ module condensed_yield
   use system_types, only: system_t
   implicit none
   private
-  public :: find_equilibrium, fit_motions, spread_yield
+  public :: find_equilibrium, fit_motions, spread_product
 
   !> Entries of a factor for each of its rows, at least, where bodies are large.
   real(wp), parameter :: least_row = 100.0_wp
@@ -25,8 +25,8 @@ contains
     type(condensed_t), intent(inout) :: condensed !! loaded and force given
     real(wp), intent(out) :: u(:) !! (n) [length]
 
-    call find_yield(condensed)
-    u = condensed%outer%loaded - condensed%bulk%yielded
+    call find_product(condensed)
+    u = condensed%outer%loaded - condensed%bulk%product
     call add_motion(condensed, condensed%rigid%alpha, u)
   end subroutine find_equilibrium
 
@@ -39,13 +39,13 @@ contains
     integer :: b, rank, info
 
     if (condensed%rigid%modes == 0) return
-    call find_yield(condensed)
+    call find_product(condensed)
     do b = 1, size(condensed%bodies)
       associate (body => condensed%bodies(b), n => condensed%bodies(b)%motions%n)
         if (n == 0 .or. body%m == 0) cycle
         associate (first => body%first + 1, last => body%first + body%m)
           right(:n, 1) = matmul(u(first:last) - condensed%outer%loaded(first:last) &
-            + condensed%bulk%yielded(first:last), body%modes)
+            + condensed%bulk%product(first:last), body%modes)
         end associate
         normal(:n, :n) = matmul(transpose(body%modes), body%modes)
         call dgelss(n, n, 1, normal, 6, right, 6, values, 1.0e-12_wp, rank, work, size(work), info)
@@ -55,44 +55,44 @@ contains
   end subroutine fit_motions
 
   !> C times the forces of the iterate, unless they are those of the last time.
-  subroutine find_yield(condensed)
-    type(condensed_t), intent(inout) :: condensed !! force given; gets yielded
+  subroutine find_product(condensed)
+    type(condensed_t), intent(inout) :: condensed !! force given; gets product
     integer :: b
     logical :: pays
 
-    if (allocated(condensed%bulk%yielded_to)) then
-      if (all(abs(condensed%bulk%force - condensed%bulk%yielded_to) <= 0.0_wp)) return
+    if (allocated(condensed%bulk%product_of)) then
+      if (all(abs(condensed%bulk%force - condensed%bulk%product_of) <= 0.0_wp)) return
     end if
-    condensed%bulk%yielded = spread(0.0_wp, 1, condensed%n)
+    condensed%bulk%product = spread(0.0_wp, 1, condensed%n)
     pays = pays_threads(sum(real(condensed%bodies%m, wp)**2))
     !$omp parallel do schedule(dynamic, 1) default(none) shared(condensed) if(pays)
     do b = 1, size(condensed%bodies)
-      if (condensed%bodies(b)%m > 0) call yield_body(condensed%bodies(b), condensed%bulk%force, &
-        condensed%bulk%yielded)
+      if (condensed%bodies(b)%m > 0) call add_product(condensed%bodies(b), condensed%bulk%force, &
+        condensed%bulk%product)
     end do
     !$omp end parallel do
-    condensed%bulk%yielded_to = condensed%bulk%force
-  end subroutine find_yield
+    condensed%bulk%product_of = condensed%bulk%force
+  end subroutine find_product
 
   !> C times the forces on the candidates of one body.
-  subroutine yield_body(body, force, yielded)
+  subroutine add_product(body, force, product)
     type(condensed_body_t), intent(in) :: body !! its compliance
     real(wp), intent(in) :: force(:) !! (n) of all candidates [force]
-    real(wp), intent(inout) :: yielded(:) !! (n) gets those of the body [length]
+    real(wp), intent(inout) :: product(:) !! (n) gets those of the body [length]
     integer :: i
 
     associate (mine => force(body%first + 1:body%first + body%m), &
-      moved => yielded(body%first + 1:body%first + body%m))
+      moved => product(body%first + 1:body%first + body%m))
       if (body%tree%used) then
         call apply_tree(body, [(i, i=1, body%m)], mine, moved)
       else
         call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, mine, 1, 0.0_wp, moved, 1)
       end if
     end associate
-  end subroutine yield_body
+  end subroutine add_product
 
   !> Displacements of all nodes under the contact forces of the iterate alone.
-  subroutine spread_yield(system, u)
+  subroutine spread_product(system, u)
     type(system_t), intent(inout) :: system !! bodies and force of condensed
     real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
     type(cost_t) :: own(system%body%bodies)
@@ -100,21 +100,21 @@ contains
     logical :: pays
 
     u = 0.0_wp
-    call find_yield(system%condensed)
+    call find_product(system%condensed)
     pays = pays_threads(least_row*real(size(u), wp))
     !$omp parallel do schedule(dynamic, 1) default(none) shared(system, u, own) if(pays)
     do b = 1, system%body%bodies
-      call spread_yield_of(system, b, u, own(b))
+      call spread_product_of(system, b, u, own(b))
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
       call add_costs(system%costs, own(b))
     end do
-  end subroutine spread_yield
+  end subroutine spread_product
 
   !> The same for one body.
-  subroutine spread_yield_of(system, b, u, costs)
-    type(system_t), intent(in) :: system !! bodies and yields of condensed
+  subroutine spread_product_of(system, b, u, costs)
+    type(system_t), intent(in) :: system !! bodies and products of condensed
     integer, intent(in) :: b !! the body
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) gets those of the body [length]
     type(cost_t), intent(inout) :: costs !! cost table
@@ -126,9 +126,9 @@ contains
           costs)
         return
       end if
-      call spread_body(body, -system%condensed%bulk%yielded(body%first + 1:body%first + body%m), &
+      call spread_body(body, -system%condensed%bulk%product(body%first + 1:body%first + body%m), &
         u, costs)
       if (body%solver%half_inside) call settle_inside(system%whole%bulk_matrix, body, u, costs)
     end associate
-  end subroutine spread_yield_of
-end module condensed_yield
+  end subroutine spread_product_of
+end module compliance_products

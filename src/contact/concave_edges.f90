@@ -1,25 +1,25 @@
-!> Concave folds: where a surface rises steeply from itself, a slave node can touch two or three
+!> Concave edges: where a surface rises steeply from itself, a slave node can touch two or three
 !! facets at once, each with its own apex (doc/theory, "Concave feature edges").
 !!
-!! A pair whose master has folds holds three slots for each slave node: point (slot - 1)*n + i is a
-!! slot of node i. The first follows the surface as ever, but no apex crosses a fold; the others are
-!! used while the node is in contact with a further facet.
-module contact_folds
+!! A pair whose master has concave edges holds three slots for each slave node: point (slot - 1)*n +
+!! i is a slot of node i. The first follows the surface as ever, but no apex crosses a concave edge;
+!! the others are used while the node is in contact with a further facet.
+module concave_edges
   use kinds, only: wp
   use element_types, only: status_off, status_open
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position, is_too_deep
   use smooth_normals, only: project_on_master
-  use facet_geometry, only: corners, barycentric, facet_normal, is_fold, is_convex
+  use facet_geometry, only: corners, barycentric, facet_normal, is_concave, is_convex
   use facet_tree, only: facets_near
   implicit none
   private
-  public :: find_folds, seek_second, is_taken, close_open_slots, same_face
+  public :: find_concave_edges, seek_second, is_taken, close_open_slots, same_face
 
-  !> Slots of a node on a surface with folds: two walls and a floor.
-  integer, parameter :: slots_with_folds = 3
-  !> Facets whose normals have a larger cosine belong to the same face of a fold, or lie side by
-  !! side.
+  !> Slots of a node on a surface with concave edges: two walls and a floor.
+  integer, parameter :: slots_at_concave_edges = 3
+  !> Facets whose normals have a larger cosine belong to the same face of a concave edge, or lie
+  !! side by side.
   real(wp), parameter :: same_face = 0.9_wp
   !> A point enters a facet from outside if its last gap is above this share of the search radius.
   real(wp), parameter :: outside = -1.0e-9_wp
@@ -28,28 +28,29 @@ module contact_folds
 
 contains
 
-  !> Marks the folds of the master; if there are any, or if it is in parts, repeats the points for
-  !! the further slots.
-  subroutine find_folds(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets fold, slots; points, area, epsilon may be repeated
+  !> Marks the concave edges of the master; if there are any, or if it is in parts, repeats the
+  !! points for the further slots.
+  subroutine find_concave_edges(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets concave, slots; points, area, epsilon repeated
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
-    allocate (pair%surface%fold(3, size(pair%surface%facets, 2)), source=.false.)
+    allocate (pair%surface%concave(3, size(pair%surface%facets, 2)), source=.false.)
     do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
         if (pair%surface%neighbours(k, f) == 0) cycle
-        pair%surface%fold(k, f) = is_fold(pair%surface%facets(:, f), pair%surface%facets(:, &
+        pair%surface%concave(k, f) = is_concave(pair%surface%facets(:, f), pair%surface%facets(:, &
           pair%surface%neighbours(k, f)), x)
-        if (allocated(pair%surface%sharp)) pair%surface%fold(k, f) = pair%surface%fold(k, &
+        if (allocated(pair%surface%sharp)) pair%surface%concave(k, f) = pair%surface%concave(k, &
           f) .and. pair%surface%sharp(k, f)
       end do
     end do
     if (pair%segmented) return
-    if (pair%points%slots > 1 .or. .not. (any(pair%surface%fold) .or. in_parts(pair))) return
-    pair%points%slots = slots_with_folds
+    if (pair%points%slots > 1 .or. .not. (any(pair%surface%concave) .or. in_parts(pair))) return
+    pair%points%slots = slots_at_concave_edges
     associate (nodes => pair%points%point_nodes, weights => pair%points%point_weights)
-      pair%points%point_nodes = reshape([nodes, nodes, nodes], shape(nodes)*[1, slots_with_folds])
+      pair%points%point_nodes &
+        = reshape([nodes, nodes, nodes], shape(nodes)*[1, slots_at_concave_edges])
       pair%points%point_weights = reshape([weights, weights, weights], [pair%points%n_slaves, &
         count_points(pair)])
     end associate
@@ -58,9 +59,9 @@ contains
     pair%points%epsilon = [pair%points%epsilon, pair%points%epsilon, pair%points%epsilon]
     if (allocated(pair%history%old)) deallocate (pair%history%old)
     if (allocated(pair%history%new)) deallocate (pair%history%new)
-  end subroutine find_folds
+  end subroutine find_concave_edges
 
-  !> The master is not one connected surface: its parts may form folds as well.
+  !> The master is not one connected surface: its parts may form concave edges as well.
   pure logical function in_parts(pair)
     type(pair_t), intent(in) :: pair !! the pair
     logical :: reached(size(pair%surface%facets, 2))
@@ -118,7 +119,8 @@ contains
     end associate
   end subroutine seek_second
 
-  !> Another slot of the same node holds this facet, one of the same face, or one behind a ridge.
+  !> Another slot of the same node holds this facet, one of the same face, or one behind a convex
+  !! edge.
   pure logical function is_taken(pair, x, p, facet) result(taken)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -142,7 +144,7 @@ contains
   end function is_taken
 
   !> At the start of an increment further slots that have opened are free again, and first slots
-  !! that are open look for the closest facet anew, for folds may have stopped their walk.
+  !! that are open look for the closest facet anew, for concave edges may have stopped their walk.
   subroutine close_open_slots(pair)
     type(pair_t), intent(inout) :: pair !! new: targets of open points are taken away
     integer :: p
@@ -155,4 +157,4 @@ contains
       pair%history%new(p)%lambda = 0.0_wp
     end do
   end subroutine close_open_slots
-end module contact_folds
+end module concave_edges

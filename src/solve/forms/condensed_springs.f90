@@ -1,13 +1,14 @@
 !> What holds the rigid motions of condensed bodies in the tangent alone: damping that the increment
-!! asks for, and grounding where contact resists nothing (doc/theory, "Condensed floating bodies").
-module condensed_ground
+!! asks for, and soft springs where contact resists nothing (doc/theory, "Condensed floating
+!! bodies").
+module condensed_springs
   use kinds, only: wp
   use lapack_interface, only: dgesvd, dgelss
   use condensed_types, only: condensed_t
   use condensed_motions, only: add_live_motion, push_live
   use contact_sums, only: take_shares, add_leading
-  use supports, only: grounding
-  use ground_release, only: unresisted
+  use supports, only: soft_springs
+  use spring_release, only: unresisted
   use system_types, only: system_t
   implicit none
   private
@@ -17,22 +18,22 @@ contains
 
   !> Stiffness against the rigid motions, in the unit of the compliance.
   subroutine hold_motions(system)
-    type(system_t), intent(inout) :: system !! columns of contact, grounded, damping; gets hold
-    real(wp) :: ground(system%condensed%rigid%modes)
+    type(system_t), intent(inout) :: system !! columns of contact, regularised, damping; gets hold
+    real(wp) :: stiffness(system%condensed%rigid%modes)
     integer :: b, j
 
     associate (condensed => system%condensed, n => system%condensed%rigid%modes)
       condensed%rigid%hold = reshape([real(wp) ::], [n, n], [0.0_wp])
       if (allocated(condensed%rigid%loose)) deallocate (condensed%rigid%loose)
-      ground = 0.0_wp
+      stiffness = 0.0_wp
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           do j = body%first_mode + 1, body%first_mode + body%motions%n
-            if (system%body%grounded(b)) ground(j) = grounding*real(size(body%node), wp)
+            if (system%body%regularised(b)) stiffness(j) = soft_springs*real(size(body%node), wp)
           end do
         end associate
       end do
-      if (any(ground > 0.0_wp)) call ground_motions(condensed, ground, condensed%rigid%hold, &
+      if (any(stiffness > 0.0_wp)) call spring_motions(condensed, stiffness, condensed%rigid%hold, &
         condensed%rigid%loose)
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
@@ -45,37 +46,37 @@ contains
     end associate
   end subroutine hold_motions
 
-  !> The springs of grounding where contact resists nothing: P G Q with the projectors P on motions
+  !> The soft springs where contact resists nothing: P G Q with the projectors P on motions
   !! that forces of contact do no work on and Q on motions that make no forces of contact. Bodies
-  !! that are not grounded count, too: they may go along with one that is.
-  subroutine ground_motions(condensed, ground, spring, loose)
+  !! that are not regularised count, too: they may go along with one that is.
+  subroutine spring_motions(condensed, stiffness, spring, loose)
     type(condensed_t), intent(in) :: condensed !! bodies, columns of contact
-    real(wp), intent(in) :: ground(:) !! (n) G, 0 for bodies that are not grounded
+    real(wp), intent(in) :: stiffness(:) !! (n) G, 0 for bodies that are not regularised
     real(wp), intent(inout) :: spring(:, :) !! (n, n) 0; gets P G Q
     real(wp), allocatable, intent(out) :: loose(:, :) !! (n, any) orthonormal, Q is onto them
-    real(wp), dimension(size(ground), size(ground)) :: a, p, q
-    real(wp) :: s(size(ground)), work(10*size(ground) + 64)
+    real(wp), dimension(size(stiffness), size(stiffness)) :: a, p, q
+    real(wp) :: s(size(stiffness)), work(10*size(stiffness) + 64)
     integer :: j, n, info, rank
 
-    n = size(ground)
+    n = size(stiffness)
     call form_resistance(condensed, a)
     call dgesvd('A', 'A', n, n, a, n, s, p, n, q, n, work, size(work), info)
     rank = count(s > unresisted*s(1))
     if (info == 0) loose = transpose(q(rank + 1:, :))
     if (info /= 0 .or. rank == 0) then
       do j = 1, n
-        spring(j, j) = ground(j)
+        spring(j, j) = stiffness(j)
       end do
       return
     end if
     associate (left => p(:, rank + 1:), right => transpose(q(rank + 1:, :)))
       spring = matmul(left, matmul(matmul(transpose(left), &
-        spread(ground, 2, n - rank)*right), transpose(right)))
+        spread(stiffness, 2, n - rank)*right), transpose(right)))
     end associate
-  end subroutine ground_motions
+  end subroutine spring_motions
 
   !> A direction without what motions that contact does not resist add to it but for their springs:
-  !! by compliances, which stand still at the pins, a body that is pressed would go aside. At the
+  !! by compliances, which stand still at the fixings, a body that is pressed would go aside. At the
   !! live candidates the least squares of the rest along these motions vanish.
   subroutine stay_in_place(condensed)
     type(condensed_t), intent(inout) :: condensed !! direction found; gets change, alpha_next
@@ -124,4 +125,4 @@ contains
       call push_live(condensed, force, a(:, j))
     end do
   end subroutine form_resistance
-end module condensed_ground
+end module condensed_springs

@@ -1,33 +1,33 @@
-!> Rigid motions of grounded bodies, freed of the grounding where contact resists them in part
+!> Rigid motions of regularised bodies, freed of the soft springs where contact resists them in part
 !! (doc/theory, "Floating bodies", eq. (9.10)).
-module ground_release
+module spring_release
   use kinds, only: wp
   use lapack_interface, only: dgelss
   use block_matrix, only: find_block, multiply
   use rigid_motions, only: mode_row
-  use supports, only: grounding
+  use supports, only: soft_springs
   use equation_values, only: spread_values, gather_values
   use system_types, only: system_t
   implicit none
   private
-  public :: release_ground, unresisted
+  public :: release_springs, unresisted
 
   !> Motions that contact resists by less than this share of the stiffest one are not resisted.
   real(wp), parameter :: unresisted = 1.0e-9_wp
 
 contains
 
-  !> Adds to the solution with a grounded matrix the rigid motions after which the forces of the
-  !! springs of grounding do no work on any motion that contact resists: R^T K R a = R^T G u,
-  !! by least squares of minimum norm, so that what nothing resists stays where grounding has it.
-  subroutine release_ground(system, x)
-    type(system_t), intent(inout) :: system !! tangent, grounded, solution given; solution is moved
+  !> Adds to the solution with a regularised matrix the rigid motions after which the forces of the
+  !! soft springs do no work on any motion that contact resists: R^T K R a = R^T G u,
+  !! by least squares of minimum norm, so that what nothing resists stays where the springs have it.
+  subroutine release_springs(system, x)
+    type(system_t), intent(inout) :: system !! tangent, regularised, solution, which is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: spring(3, size(x, 2)), u(3, size(x, 2)), stiffness
     real(wp), allocatable :: a(:, :), b(:, :)
     integer :: first(system%body%bodies), n
 
-    if (.not. any(system%body%grounded) .or. system%tools%border%n > 0) return
+    if (.not. any(system%body%regularised) .or. system%tools%border%n > 0) return
     call count_motions(system, first, n)
     if (n == 0) return
     call find_springs(system, spring, stiffness)
@@ -39,9 +39,9 @@ contains
     call solve_least(max(unresisted, epsilon(1.0_wp)*stiffness/norm2(a)), a, b)
     u = u + displacement_of(system, x, first, b(:, 1))
     call gather_values(system%equation, u, system%solution)
-  end subroutine release_ground
+  end subroutine release_springs
 
-  !> The place before the first motion of each grounded body, -1 for others; how many there are.
+  !> The place before the first motion of each regularised body, -1 for others; how many there are.
   pure subroutine count_motions(system, first, n)
     type(system_t), intent(in) :: system !! bodies
     integer, intent(out) :: first(:) !! (bodies)
@@ -51,13 +51,13 @@ contains
     first = -1
     n = 0
     do body = 1, system%body%bodies
-      if (.not. system%body%grounded(body)) cycle
+      if (.not. system%body%regularised(body)) cycle
       first(body) = n
       n = n + system%body%motions(body)%n
     end do
   end subroutine count_motions
 
-  !> The springs of grounding, and the sum of the stiffness of their nodes.
+  !> The soft springs, and the sum of the stiffness of their nodes.
   pure subroutine find_springs(system, spring, stiffness)
     type(system_t), intent(in) :: system !! tangent with the springs
     real(wp), intent(out) :: spring(:, :) !! (3, nodes) 0 where there is none [force/length]
@@ -67,14 +67,14 @@ contains
     spring = 0.0_wp
     do node = 1, size(spring, 2)
       if (system%body%node_body(node) == 0) cycle
-      if (.not. system%body%grounded(system%body%node_body(node))) cycle
+      if (.not. system%body%regularised(system%body%node_body(node))) cycle
       place = find_block(system%whole%matrix, node, node)
       do k = 1, 3
-        if (system%equation(k, node) > 0) spring(k, node) = grounding/(1.0_wp + grounding) &
+        if (system%equation(k, node) > 0) spring(k, node) = soft_springs/(1.0_wp + soft_springs) &
           *system%whole%matrix%val(k, k, place)
       end do
     end do
-    stiffness = sum(abs(spring))/grounding
+    stiffness = sum(abs(spring))/soft_springs
   end subroutine find_springs
 
   !> Work of nodal forces on each motion: R^T f.
@@ -157,4 +157,4 @@ contains
       size(work), info)
     if (info /= 0) b = 0.0_wp
   end subroutine solve_least
-end module ground_release
+end module spring_release

@@ -1,48 +1,49 @@
 !> Rims of a master: whether a point is still over the surface, and which of two faces side by side
 !! it belongs to (doc/theory, "Boundary edges", eq. (10.1)).
 !!
-!! A node stands for the area around it. At the rim of its own surface all of that lies on one side
-!! of it: bodies that lie edge on edge stay in contact there, whichever edge has moved farther. Such
-!! a node passes the rim of the master by a quarter of the way to the middle of its slave facets,
-!! about a tenth of a facet, before it lets go.
-module contact_rims
+!! A node stands for the area around it. At the boundary of its own surface all of that lies on one
+!! side of it: bodies that lie edge on edge stay in contact there, whichever edge has moved farther.
+!! Such a node passes the boundary of the master by a quarter of the way to the middle of its slave
+!! facets, about a tenth of a facet, before it lets go.
+module surface_boundary
   use kinds, only: wp
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position
-  use contact_folds, only: same_face
-  use contact_ridges, only: find_rings, kink
+  use concave_edges, only: same_face
+  use convex_edges, only: find_rings, kink
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, facet_normal, barycentric, altitude
   implicit none
   private
-  public :: find_rims, facet_across, walk, beyond_rim, has_left, stays, rim_tolerance, &
+  public :: find_boundary, facet_across, walk, beyond_boundary, has_left, stays, &
+    boundary_tolerance, &
     on_edge, longest_walk
 
   !> A projection further than this outside a facet, in shape functions, has left it.
-  real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  real(wp), parameter :: boundary_tolerance = 1.0e-6_wp
   !> A projection that is not further outside lies on the edge: it belongs to the facet that it had.
-  real(wp), parameter :: on_edge = 0.1_wp*rim_tolerance
+  real(wp), parameter :: on_edge = 0.1_wp*boundary_tolerance
   !> An apex may stay outside its facet by this over the sine of the kink at the edge: so much the
   !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
   !! the facet, and with it the force, to the start of the iteration.
   real(wp), parameter :: departure = 1.0e-12_wp
-  !> Share of the way from a node at the rim of its surface to the middle of its slave facets.
+  !> Share of the way from a node at the boundary of its surface to the middle of its slave facets.
   real(wp), parameter :: inward = 0.25_wp
   !> Steps of one walk; a walk that comes back to a facet ends at once.
   integer, parameter :: longest_walk = 1000
 
 contains
 
-  !> Marks the slave nodes at the rim of their surface: on an edge of one slave facet alone.
-  subroutine find_rims(pair)
-    type(pair_t), intent(inout) :: pair !! slave_facets given; gets at_rim, ring, ring_end
+  !> Marks the slave nodes at the boundary of their surface: on an edge of one slave facet alone.
+  subroutine find_boundary(pair)
+    type(pair_t), intent(inout) :: pair !! slave_facets given; gets at_boundary, ring, ring_end
     integer :: p, i, k, first, n
 
-    if (allocated(pair%points%at_rim)) deallocate (pair%points%at_rim)
+    if (allocated(pair%points%at_boundary)) deallocate (pair%points%at_boundary)
     if (pair%segmented .or. pair%points%n_slaves > 1) return
     if (.not. allocated(pair%points%slave_facets)) return
     n = count_points(pair)/pair%points%slots
-    allocate (pair%points%at_rim(n), source=.false.)
+    allocate (pair%points%at_boundary(n), source=.false.)
     if (n == 0 .or. size(pair%points%slave_facets, 2) == 0) return
     call find_rings(pair)
     first = 1
@@ -52,16 +53,16 @@ contains
         do i = 1, last - first + 1
           do k = 1, 3
             if (around(k, i) == node) cycle
-            if (count(around == around(k, i)) == 1) pair%points%at_rim(p) = .true.
+            if (count(around == around(k, i)) == 1) pair%points%at_boundary(p) = .true.
           end do
         end do
         first = last + 1
       end associate
     end do
-  end subroutine find_rims
+  end subroutine find_boundary
 
-  !> The way from a node at the rim of its surface into the area that it stands for; none for other
-  !! points.
+  !> The way from a node at the boundary of its surface into the area that it stands for; none for
+  !! other points.
   pure function way_in(pair, p, x) result(way)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -70,9 +71,9 @@ contains
     integer :: node, first, last, i
 
     way = 0.0_wp
-    if (.not. allocated(pair%points%at_rim)) return
-    node = mod(p - 1, size(pair%points%at_rim)) + 1
-    if (.not. pair%points%at_rim(node)) return
+    if (.not. allocated(pair%points%at_boundary)) return
+    node = mod(p - 1, size(pair%points%at_boundary)) + 1
+    if (.not. pair%points%at_boundary(node)) return
     first = 1
     if (node > 1) first = pair%points%ring_end(node - 1) + 1
     last = pair%points%ring_end(node)
@@ -100,7 +101,7 @@ contains
       k = minloc(n, 1)
       if (n(k) >= 0.0_wp) return
       across = pair%surface%neighbours(k, target)
-      if (pair%surface%fold(k, target) .or. barred(k)) across = 0
+      if (pair%surface%concave(k, target) .or. barred(k)) across = 0
       if (across > 0) then
         allowed = 0.0_wp
         if (tolerance > 0.0_wp) allowed = min(tolerance, departure/max(departure, &
@@ -114,7 +115,8 @@ contains
     end do
   end function facet_across
 
-  !> Walks with the projection of a point; ends inside a facet, at the rim, or between two facets.
+  !> Walks with the projection of a point; ends inside a facet, at the boundary, or between two
+  !! facets.
   pure subroutine walk(pair, x, y, target)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -134,21 +136,21 @@ contains
     end do
   end subroutine walk
 
-  !> A point that has a facet is over the surface no more: a node at the rim of its own surface may
-  !! pass the rim by as much as the middle of its area lies within.
+  !> A point that has a facet is over the surface no more: a node at the boundary of its own surface
+  !! may pass the boundary by as much as the middle of its area lies within.
   pure logical function has_left(pair, x, p, target) result(left)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
     integer, intent(in) :: target !! facet to start from
 
-    left = beyond_rim(pair, x, point_position(pair, p, x), target, norm2(way_in(pair, p, x)))
+    left = beyond_boundary(pair, x, point_position(pair, p, x), target, norm2(way_in(pair, p, x)))
   end function has_left
 
-  !> The projection of a place lies outside every facet: it has passed the rim of the surface.
+  !> The projection of a place lies outside every facet: it has passed the boundary of the surface.
   !! A point below its facet is projected along a normal that may lean outwards, by less than its
   !! depth (doc/theory, "Boundary edges").
-  pure logical function beyond_rim(pair, x, y, target, zone) result(beyond)
+  pure logical function beyond_boundary(pair, x, y, target, zone) result(beyond)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the place [length]
@@ -164,14 +166,14 @@ contains
     outside = zone + max(-gap, 0.0_wp)
     beyond = .false.
     do k = 1, 3
-      if (n(k) >= -rim_tolerance .or. pair%surface%neighbours(k, facet) /= 0) cycle
-      allowed = rim_tolerance + outside/altitude(corners(x, pair%surface%facets(:, facet)), k)
+      if (n(k) >= -boundary_tolerance .or. pair%surface%neighbours(k, facet) /= 0) cycle
+      allowed = boundary_tolerance + outside/altitude(corners(x, pair%surface%facets(:, facet)), k)
       if (n(k) < -allowed) beyond = .true.
     end do
-  end function beyond_rim
+  end function beyond_boundary
 
   !> An open point stays with its facet where one of another face beside it is closer now, as long
-  !! as it is at the rim of both.
+  !! as it is at the boundary of both.
   pure logical function stays(pair, x, p, own, other)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -188,7 +190,7 @@ contains
     if (stays) stays = .not. has_left(pair, x, p, own)
     if (.not. stays) return
     y = point_position(pair, p, x)
-    stays = beyond_rim(pair, x, y + way, other, 0.0_wp)
-    if (.not. stays) stays = beyond_rim(pair, x, y - way, other, 0.0_wp)
+    stays = beyond_boundary(pair, x, y + way, other, 0.0_wp)
+    if (.not. stays) stays = beyond_boundary(pair, x, y - way, other, 0.0_wp)
   end function stays
-end module contact_rims
+end module surface_boundary

@@ -1,9 +1,10 @@
-!> Ridges: sharp convex edges of a master, where the apex alone does not tell the facet
-!! (doc/theory, "Convex feature edges").
+!> Ridges: sharp convex edges of a master, where the apex alone does not tell the facet (doc/theory,
+!! "Convex feature edges").
 !!
-!! A point that is below both facets of a ridge of 90 degrees projects into both of them, however
-!! far it follows one. There the facet counts that it is closer to and that faces its slave side.
-module contact_ridges
+!! A point that is below both facets of a convex edge of 90 degrees projects into both of them,
+!! however far it follows one. There the facet counts that it is closer to and that faces its slave
+!! side.
+module convex_edges
   use kinds, only: wp
   use vectors, only: cross
   use contact_types, only: pair_t
@@ -13,43 +14,43 @@ module contact_ridges
   use smooth_normals, only: carry_over
   implicit none
   private
-  public :: find_ridges, find_rings, ridge_t, look_at_ridges, kink, pass_edge
+  public :: find_convex_edges, find_rings, convex_edge_t, look_at_convex_edges, kink, pass_edge
 
-  !> Most facets between one that touches a ridge with a corner only and the ridge.
+  !> Most facets between one that touches a convex edge with a corner only and the convex edge.
   integer, parameter :: most_between = 4
-  !> Steps of a walk on the far side of a ridge.
+  !> Steps of a walk on the far side of a convex edge.
   integer, parameter :: longest_far_walk = 100
 
-  !> What the ridges around a target say of a point.
-  type :: ridge_t
+  !> What the convex edges around a target say of a point.
+  type :: convex_edge_t
     integer :: next = 0 !! the facet it belongs to, 0 if the apex may decide
     integer :: via(most_between) = 0 !! facets in between if `next` is no neighbour of the target
     logical :: barred(3) = .false. !! edges of the target that the apex must not cross
-  end type ridge_t
+  end type convex_edge_t
 
   !> Share of a kink that patches leave of it at most.
   real(wp), parameter :: left_by_patches = 0.01_wp
 
 contains
 
-  !> Marks the ridges of the master.
-  subroutine find_ridges(pair, x)
-    type(pair_t), intent(inout) :: pair !! gets ridge
+  !> Marks the convex edges of the master.
+  subroutine find_convex_edges(pair, x)
+    type(pair_t), intent(inout) :: pair !! gets convex
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k
 
-    if (allocated(pair%surface%ridge)) deallocate (pair%surface%ridge)
+    if (allocated(pair%surface%convex)) deallocate (pair%surface%convex)
     if (pair%segmented) return
-    allocate (pair%surface%ridge(3, size(pair%surface%facets, 2)), source=.false.)
+    allocate (pair%surface%convex(3, size(pair%surface%facets, 2)), source=.false.)
     do f = 1, size(pair%surface%facets, 2)
       do k = 1, 3
         if (pair%surface%neighbours(k, f) == 0) cycle
-        pair%surface%ridge(k, f) = is_convex(corners(x, pair%surface%facets(:, f)), &
+        pair%surface%convex(k, f) = is_convex(corners(x, pair%surface%facets(:, f)), &
           corners(x, pair%surface%facets(:, pair%surface%neighbours(k, f))))
       end do
     end do
-    if (.not. any(pair%surface%ridge)) deallocate (pair%surface%ridge)
-  end subroutine find_ridges
+    if (.not. any(pair%surface%convex)) deallocate (pair%surface%convex)
+  end subroutine find_convex_edges
 
   !> The slave facets around the slave nodes, one node after the other.
   subroutine find_rings(pair)
@@ -107,47 +108,47 @@ contains
     end if
   end function slave_normal
 
-  !> What the ridges of a target, and of its neighbours, say of a point.
-  pure function look_at_ridges(pair, x, p, target) result(ridge)
+  !> What the convex edges of a target, and of its neighbours, say of a point.
+  pure function look_at_convex_edges(pair, x, p, target) result(found)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: p !! the point
     integer, intent(in) :: target !! its target
-    type(ridge_t) :: ridge
+    type(convex_edge_t) :: found
     real(wp) :: y(3), n(3)
     integer :: k, j
 
-    if (.not. allocated(pair%surface%ridge)) return
+    if (.not. allocated(pair%surface%convex)) return
     y = point_position(pair, p, x)
     n = slave_normal(pair, p, x)
     do k = 1, 3
       associate (across => pair%surface%neighbours(k, target))
-        if (.not. pair%surface%ridge(k, target)) cycle
+        if (.not. pair%surface%convex(k, target)) cycle
         if (belongs(pair, x, y, n, target, across)) then
-          ridge%next = across
+          found%next = across
           return
         end if
-        ridge%barred(k) = belongs(pair, x, y, n, across, target)
+        found%barred(k) = belongs(pair, x, y, n, across, target)
       end associate
     end do
     do k = 1, 3
       do j = 0, 1
         call look_around(pair, x, y, n, target, [k, modulo(k + j, 3) + 1, modulo(k - j + 1, &
-          3) + 1], ridge)
-        if (ridge%next > 0) return
+          3) + 1], found)
+        if (found%next > 0) return
       end do
     end do
-  end function look_at_ridges
+  end function look_at_convex_edges
 
-  !> Looks for a ridge around one corner of a target, over the edges that are none.
-  pure subroutine look_around(pair, x, y, n, target, turn, ridge)
+  !> Looks for a convex edge around one corner of a target, over the edges that are none.
+  pure subroutine look_around(pair, x, y, n, target, turn, found)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: y(3) !! the point [length]
     real(wp), intent(in) :: n(3) !! normal of the slave side
     integer, intent(in) :: target !! the target of the point
     integer, intent(in) :: turn(3) !! corners of the target: facing the first edge, pivot, the third
-    type(ridge_t), intent(inout) :: ridge !! gets next and via if the point belongs behind a ridge
+    type(convex_edge_t), intent(inout) :: found !! gets next, via if the point belongs behind
     integer :: via(most_between), i, edge, facet, pivot, far, behind
 
     via = 0
@@ -156,24 +157,24 @@ contains
     pivot = pair%surface%facets(turn(2), target)
     far = pair%surface%facets(turn(3), target)
     do i = 1, most_between
-      if (pair%surface%ridge(edge, facet) .or. pair%surface%fold(edge, facet)) return
+      if (pair%surface%convex(edge, facet) .or. pair%surface%concave(edge, facet)) return
       facet = pair%surface%neighbours(edge, facet)
       if (facet == 0) return
       via(i) = facet
       edge = findloc(pair%surface%facets(:, facet), far, 1)
       far = sum(pair%surface%facets(:, facet)) - pivot - far
-      if (.not. pair%surface%ridge(edge, facet)) cycle
+      if (.not. pair%surface%convex(edge, facet)) cycle
       behind = pair%surface%neighbours(edge, facet)
       if (.not. belongs(pair, x, y, n, target, behind)) return
       if (.not. lies_behind(pair, x, y, behind)) return
-      ridge%next = behind
-      ridge%via = via
+      found%next = behind
+      found%via = via
       return
     end do
   end subroutine look_around
 
-  !> A point below facet a belongs to facet b behind a ridge: it is less deep below b, and b faces
-  !! the slave side better.
+  !> A point below facet a belongs to facet b behind a convex edge: it is less deep below b, and b
+  !! faces the slave side better.
   pure logical function belongs(pair, x, y, n, a, b)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -191,7 +192,7 @@ contains
       dot_product(n, facet_normal(cb)) < dot_product(n, facet_normal(ca))
   end function belongs
 
-  !> The projection of a point lies on that side of a ridge to which a facet belongs.
+  !> The projection of a point lies on that side of a convex edge to which a facet belongs.
   pure logical function lies_behind(pair, x, y, behind)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
@@ -206,7 +207,8 @@ contains
       call project_on_facet(corners(x, pair%surface%facets(:, facet)), y, xi, gap)
       n = barycentric(xi)
       lies_behind = all(n >= 0.0_wp)
-      k = minloc(n, 1, mask=.not. (pair%surface%ridge(:, facet) .or. pair%surface%fold(:, facet)))
+      k = minloc(n, 1, mask=.not. (pair%surface%convex(:, facet) &
+        .or. pair%surface%concave(:, facet)))
       if (lies_behind .or. k == 0) return
       next = pair%surface%neighbours(k, facet)
       if (n(k) >= 0.0_wp .or. next == 0 .or. next == before) return
@@ -254,4 +256,4 @@ contains
       across)))
     if (is_smooth(pair, target, across)) kink = left_by_patches*kink
   end function kink
-end module contact_ridges
+end module convex_edges
