@@ -6,8 +6,8 @@ from typing import Any, Optional
 
 import h5py
 import numpy as np
+from numpy.typing import NDArray as Array
 
-Array = np.ndarray[Any, Any]
 ROUND_OFF = 2.0 ** -52
 SCENE_VERSION = 1  # of /scene, the highest that is understood
 
