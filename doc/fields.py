@@ -16,7 +16,7 @@ MANUAL = os.path.join(TOP, 'doc', 'manual.md')
 TABLE = re.compile(r'(<!-- fields (\w+) -->\n).*?(<!-- end fields -->)', re.S)
 OVER = {'over_one': '', 'over_nodes': 'node', 'over_points': 'point', 'over_bodies': 'rigid body',
         'over_apex_slopes': 'contact point and parameter', 'over_contact_nodes': 'contact node',
-        'over_node_slopes': 'contact node and parameter'}
+        'over_node_slopes': 'contact node and parameter', 'over_memory': 'number'}
 
 
 def arguments(text):

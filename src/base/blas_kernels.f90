@@ -62,8 +62,8 @@ contains
   !> What the first processor can do, as Linux tells it; '' elsewhere.
   function processor_flags() result(flags)
     character(:), allocatable :: flags
-    integer, parameter :: longest = 8192
-    character(longest) :: line
+    integer, parameter :: longest_vector = 8192
+    character(longest_vector) :: line
     integer :: unit, status
 
     flags = ''

@@ -6,7 +6,7 @@ module cubic_roots
   public :: first_positive_root
 
   !> A leading coefficient below this share of the others is none.
-  real(wp), parameter :: nothing = 1.0e-14_wp
+  real(wp), parameter :: no_coefficient = 1.0e-14_wp
 
 contains
 
@@ -61,7 +61,7 @@ contains
     b = 2.0_wp*c(3)
     stops = 0.0_wp
     n = 0
-    if (abs(a) <= nothing*(abs(b) + abs(c(2)))) then
+    if (abs(a) <= no_coefficient*(abs(b) + abs(c(2)))) then
       if (abs(b) > 0.0_wp) stops = -c(2)/b
       if (abs(b) > 0.0_wp) n = 1
     else if (b**2 - 4.0_wp*a*c(2) > 0.0_wp) then

@@ -16,7 +16,8 @@ module process
   integer(c_int), parameter :: runtime_refused = 1_c_int
   !> What is said then, and what to do.
   character(*, c_char), parameter :: no_memory = 'error: out of memory'
-  character(*, c_char), parameter :: remedy = new_line('a')//'  use a coarser mesh, a machine '// &
+  character(*, c_char), parameter :: memory_remedy &
+    = new_line('a')//'  use a coarser mesh, a machine '// &
     'with more memory, or a higher limit (ulimit -v); what has been written is valid'
 
   !> Whether the program ends by itself: the runtime calls no procedure of ours when it gives up.
@@ -170,7 +171,7 @@ contains
 
     if (ended .or. status /= runtime_refused) return
     if (storage_size(argument) == 0) return
-    call last_words(no_memory//' in a procedure of the runtime'//remedy)
+    call last_words(no_memory//' in a procedure of the runtime'//memory_remedy)
     call c_end_now(int(exit_resources, c_int))
   end subroutine mend_exit_code
 
@@ -179,17 +180,17 @@ contains
   subroutine refuse_allocation(place, message) bind(c, name='_gfortran_os_error_at')
     character(kind=c_char), intent(in) :: place(*) !! In file 'x.f90', around line n
     character(kind=c_char), intent(in) :: message(*) !! what was refused; more arguments follow
-    integer, parameter :: longest = 200
-    character(longest, c_char) :: text
+    integer, parameter :: longest_name = 200
+    character(longest_name, c_char) :: text
     integer :: n
 
     n = 0
-    do while (n < longest)
+    do while (n < longest_name)
       if (place(n + 1) == c_null_char) exit
       n = n + 1
       text(n:n) = place(n)
     end do
-    if (message(1) /= c_null_char) call last_words(no_memory//': '//text(:n)//remedy)
+    if (message(1) /= c_null_char) call last_words(no_memory//': '//text(:n)//memory_remedy)
     call c_end_now(int(exit_resources, c_int))
   end subroutine refuse_allocation
 end module process

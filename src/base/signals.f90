@@ -25,7 +25,7 @@ module signals
   integer(c_intptr_t), parameter :: ignore = 1_c_intptr_t !! SIG_IGN
   integer(c_int), parameter :: standard_error = 2_c_int !! its descriptor
   !> Seconds that a run has to end by itself.
-  integer(c_int), parameter :: patience = 1_c_int
+  integer(c_int), parameter :: seconds_to_end = 1_c_int
 
   character(*, c_char), parameter :: stopped = 'stopped by a signal'
   character(*, c_char), parameter :: in_order = &
@@ -150,7 +150,7 @@ contains
       call handle_alarm(signal_alarm)
     else
       caught = number
-      left = c_alarm(patience)
+      left = c_alarm(seconds_to_end)
     end if
   end subroutine handle_signal
 
@@ -161,7 +161,7 @@ contains
 
     if (number /= signal_alarm .or. caught == 0_c_int) return
     if (writing > 0_c_int) then
-      left = c_alarm(patience)
+      left = c_alarm(seconds_to_end)
       return
     end if
     if (log_descriptor < 0_c_int) then

@@ -6,7 +6,7 @@ module string_lists
   public :: append_string
 
   !> Room of a list at its first string.
-  integer, parameter :: first_room = 16
+  integer, parameter :: first_strings = 16
 
 contains
 
@@ -18,7 +18,7 @@ contains
     type(string_t), allocatable :: longer(:)
     integer :: i
 
-    if (.not. allocated(list)) allocate (list(first_room))
+    if (.not. allocated(list)) allocate (list(first_strings))
     if (n == size(list)) then
       allocate (longer(2*max(n, 1)))
       do i = 1, n

@@ -16,7 +16,7 @@ module cell_cutting
     slave_positions
   use smooth_normals, only: project_on_master
   use facet_tree, only: facets_near
-  use polygon_parts, only: lie_over, take_away, most_parts
+  use polygon_parts, only: lie_over, take_away, most_polygon_parts
   implicit none
   private
   public :: fresh_t, make_fresh, cut_facet, fit_in, slave_parts
@@ -26,7 +26,7 @@ module cell_cutting
   !> Cells below this share of their facet are dropped.
   real(wp), parameter :: least_area = 1.0e-14_wp
   !> Facets face each other if their normals have a smaller cosine.
-  real(wp), parameter :: facing = -0.1_wp
+  real(wp), parameter :: facing_cosine = -0.1_wp
   !> Of two master facets over each other the outer one holds the cell if it is farther out by this
   !! share of the search radius (the longest facet); else that of the lower number, as in the search
   !! (doc/theory, "Search tree"): where parts of a master meet, round-off must not choose.
@@ -162,8 +162,8 @@ contains
     type(piece_t), intent(in) :: pieces(:) !! its parts, one a master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(fresh_t), intent(inout) :: fresh !! gets points
-    real(wp) :: parts(2, most_corners, most_parts)
-    integer :: sizes(most_parts), i, k, n
+    real(wp) :: parts(2, most_corners, most_polygon_parts)
+    integer :: sizes(most_polygon_parts), i, k, n
 
     do i = 1, size(pieces)
       n = 1
@@ -359,7 +359,8 @@ contains
     real(wp), intent(in) :: normal(3) !! of the slave facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
 
-    away = dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, target)))) > facing
+    away = dot_product(normal, facet_normal(corners_of(x, pair%surface%facets(:, target)))) &
+      > facing_cosine
   end function is_turned_away
 
   !> An outline lies behind one edge of the unit triangle.
@@ -393,14 +394,15 @@ contains
     integer, intent(out) :: n !! how many
     real(wp) :: y(3, most_outline), gaps(most_outline)
     real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp
-    real(wp), parameter :: around(2, most_outline) = reshape([one, none, half, half, none, one, &
+    real(wp), parameter :: outline_places(2, most_outline) &
+      = reshape([one, none, half, half, none, one, &
       none, half, none, none, half, none], [2, most_outline])
     integer :: k
 
     if (is_bent(pair, f) .or. is_quadratic(pair, target)) then
       n = most_outline
       do k = 1, n
-        y(:, k) = field_on_facet(pair, target, x, x, around(:, k))
+        y(:, k) = field_on_facet(pair, target, x, x, outline_places(:, k))
       end do
     else
       n = 3

@@ -11,7 +11,7 @@ module cell_room
   !> Sizes of facets whose ratio is smaller stand in one class.
   real(wp), parameter :: class_ratio = 1.2_wp
   !> Places that are looked at, for each class: these many evenly spread, and as many small facets.
-  integer, parameter :: places = 60
+  integer, parameter :: places_of_class = 60
 
 contains
 
@@ -90,14 +90,14 @@ contains
     integer :: f, k
 
     taken = .false.
-    do k = 1, min(places, size(taken))
-      f = 1 + nint(real(k - 1, wp)*real(size(taken) - 1, wp)/real(places, wp))
+    do k = 1, min(places_of_class, size(taken))
+      f = 1 + nint(real(k - 1, wp)*real(size(taken) - 1, wp)/real(places_of_class, wp))
       taken(f) = .true.
     end do
     do f = 1, size(taken)
       width(f) = radius(x, facets(:, f))
     end do
-    do k = 1, min(places, count(.not. taken))
+    do k = 1, min(places_of_class, count(.not. taken))
       taken(minloc(merge(huge(1.0_wp), width, taken), 1)) = .true.
     end do
     spots = pack([(f, f=1, size(taken))], taken)

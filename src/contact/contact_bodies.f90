@@ -14,7 +14,7 @@ module contact_bodies
   !! (0.06 for seven of them), so those beside an edge at which slave and master meet are deeper.
   real(wp), parameter :: two_cuts = 0.03_wp
   !> Facets look at each other if the cosine of their normals is smaller (135 degrees).
-  real(wp), parameter :: opposite = -0.7_wp
+  real(wp), parameter :: opposite_cosine = -0.7_wp
 
 contains
 
@@ -55,7 +55,7 @@ contains
     if (.not. allocated(pair%surface%body)) return
     if (pair%surface%body(facet) /= pair%points%body(slave) .or. all(gaps >= 0.0_wp)) return
     through = dot_product(facet_normal(corners(x, pair%points%slave_facets(:, slave))), &
-      facet_normal(corners(x, pair%surface%facets(:, facet)))) > opposite
+      facet_normal(corners(x, pair%surface%facets(:, facet)))) > opposite_cosine
   end function cell_through_body
 
   !> The smallest altitude of a facet.

@@ -43,7 +43,7 @@ module contact_cells
   real(wp), parameter :: exactly = 1.0e-9_wp
   !> When facets are cut: before an increment, when it is known where points have touched in it, and
   !! after a solve.
-  integer, parameter :: at_start = 1, at_touch = 2, after_solve = 3
+  integer, parameter :: cut_at_start = 1, cut_at_touch = 2, cut_after_solve = 3
   !> How often a facet is cut anew within an increment.
   integer, parameter :: most_moves = 4
   !> Room over the number of points at the start, and over the bound for any position.
@@ -176,13 +176,13 @@ contains
       call show_cells(pair)
     else if (tolerance <= 0.0_wp) then
       call carry_apexes(pair, pair%history%cells, pair%history%new, x_old, x, moved)
-      call renew_cells(pair, at_start, moved, x_old, x, changes)
+      call renew_cells(pair, cut_at_start, moved, x_old, x, changes)
       pair%history%first_cells = pair%history%cells
       pair%history%first = pair%history%new
       pair%history%begun = .true.
     else
       call find_apexes(pair, pair%history%new, x, moved)
-      call renew_cells(pair, after_solve, moved, x_old, x, changes)
+      call renew_cells(pair, cut_after_solve, moved, x_old, x, changes)
     end if
     pair%history%returned = .false.
   end subroutine follow_cells
@@ -199,7 +199,7 @@ contains
 
     moved = pair%history%new
     moved%status = merge(status_stick, status_open, touched .and. moved%target > 0)
-    call renew_cells(pair, at_touch, moved, x_old, x, changes)
+    call renew_cells(pair, cut_at_touch, moved, x_old, x, changes)
   end subroutine cut_touched
 
   !> Cuts those facets anew whose apexes have moved too far from where their cells were made.
@@ -232,7 +232,7 @@ contains
         fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
       stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
                           fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
-      if (when == after_solve) stays = stays .or. has_moved_enough(pair, f, fresh)
+      if (when == cut_after_solve) stays = stays .or. has_moved_enough(pair, f, fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -244,7 +244,7 @@ contains
         call fit_in(room, fresh)
         pair%history%cells(n + 1:n + fresh%n) = fresh%cell(:fresh%n)
         call hand_on(pair, f, cells(first:last), points(first:last), fresh, x_old, n)
-        if (when == after_solve) then
+        if (when == cut_after_solve) then
           pair%history%moves(f) = pair%history%moves(f) + 1
           pair%history%left_cells(f)%cells = cells(first:last)
         end if
@@ -292,15 +292,15 @@ contains
 
     sticks = any(status == status_stick)
     select case (when)
-    case (at_start)
+    case (cut_at_start)
       limits(:2) = [merge(slipped, least, sticks), unmoved]
-    case (at_touch)
+    case (cut_at_touch)
       limits(:2) = merge(exactly, huge(exactly), sticks)
     case default
       limits(:2) = [merge(slipped, least, sticks .or. expected), unmoved]
     end select
     limits(3) = limits(merge(2, 1, sticks))
-    if (when == after_solve .and. forgets .and. any(status > status_open)) limits(3) = covered
+    if (when == cut_after_solve .and. forgets .and. any(status > status_open)) limits(3) = covered
   end function ways_allowed
 
   !> The facets of the master that hold points of a slave facet, before and after a cut, are in one

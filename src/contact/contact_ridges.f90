@@ -18,7 +18,7 @@ module contact_ridges
   !> Most facets between one that touches a ridge with a corner only and the ridge.
   integer, parameter :: most_between = 4
   !> Steps of a walk on the far side of a ridge.
-  integer, parameter :: longest_walk = 100
+  integer, parameter :: longest_far_walk = 100
 
   !> What the ridges around a target say of a point.
   type :: ridge_t
@@ -202,7 +202,7 @@ contains
 
     facet = behind
     before = 0
-    do step = 1, longest_walk
+    do step = 1, longest_far_walk
       call project_on_facet(corners(x, pair%surface%facets(:, facet)), y, xi, gap)
       n = barycentric(xi)
       lies_behind = all(n >= 0.0_wp)

@@ -32,7 +32,7 @@ module contact_targets
   real(wp), parameter :: far_beyond = 0.25_wp
   !> To look whether a point keeps its target takes as long as so many multiplications and
   !! additions.
-  real(wp), parameter :: of_point = 1200.0_wp
+  real(wp), parameter :: operations_of_point = 1200.0_wp
 
 contains
 
@@ -131,7 +131,7 @@ contains
       way = measure_way(pair, x_old, x)
     end if
     ! slots of one node look at each other
-    pays = pays_threads(of_point*real(size(pair%history%new), wp))
+    pays = pays_threads(operations_of_point*real(size(pair%history%new), wp))
     pays = pays .and. pair%points%slots == 1
     !$omp parallel do if(pays) schedule(dynamic, 32) default(none) private(p) &
     !$omp& shared(pair, way, x_old, x, tolerance) reduction(+:changes)

@@ -12,9 +12,9 @@ module facet_clipping
   !> Points of a cell.
   integer, parameter :: cell_points = 3
   !> A polygon with a smaller ratio of its second moments is taken for a line.
-  real(wp), parameter :: flat = 1.0e-12_wp
+  real(wp), parameter :: least_moment_ratio = 1.0e-12_wp
   !> A corner is further away than another if it is by this share.
-  real(wp), parameter :: clearly = 1.0e-6_wp
+  real(wp), parameter :: clearly_further = 1.0e-6_wp
   !> Of corners that are equally far away, as all of a triangle and of a parallelogram are, the one
   !! is taken that lies furthest along this in the slave facet: round-off decides where a polygon
   !! begins. No two corners of simple cuts are equally far along an irrational direction.
@@ -105,7 +105,8 @@ contains
     real(wp) :: center(2), moment(2, 2), root(2, 2), ray(2)
     integer :: k
     real(wp), parameter :: half = 0.5_wp
-    real(wp), parameter :: turn(2, 2) = reshape([-half, sqrt(0.75_wp), -sqrt(0.75_wp), -half], &
+    real(wp), parameter :: third_turn(2, 2) &
+      = reshape([-half, sqrt(0.75_wp), -sqrt(0.75_wp), -half], &
       [2, 2])
 
     call moments(polygon, n, center, moment)
@@ -113,7 +114,7 @@ contains
     ray = sqrt(2.0_wp)*direction(polygon, n, center, root)
     do k = 1, cell_points
       points(:, k) = center + matmul(root, ray)
-      ray = matmul(turn, ray)
+      ray = matmul(third_turn, ray)
     end do
   end subroutine polygon_points
 
@@ -169,7 +170,7 @@ contains
 
     ray = [1.0_wp, 0.0_wp]
     det = root(1, 1)*root(2, 2) - root(1, 2)*root(2, 1)
-    if (det <= sqrt(flat)*(root(1, 1) + root(2, 2))**2) return
+    if (det <= sqrt(least_moment_ratio)*(root(1, 1) + root(2, 2))**2) return
     do i = 1, n
       associate (c => polygon(:, i) - center)
         y(:, i) = [root(2, 2)*c(1) - root(1, 2)*c(2), root(1, 1)*c(2) - root(2, 1)*c(1)]
@@ -177,7 +178,7 @@ contains
       far(i) = norm2(y(:, i))
     end do
     i = maxloc(matmul(preferred, polygon(:, :n)), 1, &
-      far(:n) >= (1.0_wp - clearly)*maxval(far(:n)))
+      far(:n) >= (1.0_wp - clearly_further)*maxval(far(:n)))
     ray = y(:, i)/far(i)
   end function direction
 

@@ -15,7 +15,7 @@ module facet_tree
   !> Distances that differ by less than this share are the same.
   real(wp), parameter :: same_distance = 1.0e-10_wp
   !> Boxes that wait while the tree is walked; halving keeps it balanced.
-  integer, parameter :: deepest = 64
+  integer, parameter :: most_waiting_boxes = 64
 
   !> The tree. Children of box b are first(b) and first(b) + 1; a leaf holds
   !! order(first(b) : first(b) + n(b) - 1).
@@ -145,7 +145,7 @@ contains
     integer, intent(out) :: facet !! the closest facet, 0 without facets
     real(wp), intent(out) :: distance !! its distance [length]
     real(wp), intent(in), optional :: depth(:) !! (facets) what is deeper is not below it
-    integer :: waiting(deepest), n, b, k
+    integer :: waiting(most_waiting_boxes), n, b, k
     real(wp) :: d, xi(2), gap, highest, same
 
     facet = 0
@@ -194,7 +194,7 @@ contains
     real(wp), intent(in) :: reach !! the distance [length]
     integer, intent(inout) :: found(:) !! facets; as many as there is room for
     integer, intent(out) :: n !! how many
-    integer :: waiting(deepest), w, b, k
+    integer :: waiting(most_waiting_boxes), w, b, k
 
     n = 0
     if (tree%boxes == 0) return

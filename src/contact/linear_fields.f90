@@ -7,19 +7,19 @@ module linear_fields
   public :: linear_field_t, fit_field, field_at, bounded_field_at
 
   !> Points that lie closer to a line than this share of their extent give no slope.
-  real(wp), parameter :: flat = 1.0e-6_wp
+  real(wp), parameter :: line_extent_ratio = 1.0e-6_wp
 
   !> Values that a field has at most: a way, a slip path and the slip.
-  integer, parameter :: most_values = 7
+  integer, parameter :: most_field_values = 7
 
   !> A field: its mean, its slopes, and the range of the values it was fitted to.
   type :: linear_field_t
     real(wp) :: center(2) = 0.0_wp !! (xi, eta) of the weighted mean of the points
     integer :: n = 0 !! values, at most most_values
-    real(wp) :: mean(most_values) = 0.0_wp !! (n) weighted mean of the values
-    real(wp) :: slope(most_values, 2) = 0.0_wp !! (n, 2) by xi and eta
-    real(wp) :: low(most_values) = 0.0_wp !! (n) smallest value
-    real(wp) :: high(most_values) = 0.0_wp !! (n) largest value
+    real(wp) :: mean(most_field_values) = 0.0_wp !! (n) weighted mean of the values
+    real(wp) :: slope(most_field_values, 2) = 0.0_wp !! (n, 2) by xi and eta
+    real(wp) :: low(most_field_values) = 0.0_wp !! (n) smallest value
+    real(wp) :: high(most_field_values) = 0.0_wp !! (n) largest value
   end type linear_field_t
 
 contains
@@ -50,7 +50,7 @@ contains
       right(:, 2) = right(:, 2) + weight(p)*(value(:, p) - field%mean(:n))*from_center(2)
     end do
     det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
-    if (det <= (flat*(a(1, 1) + a(2, 2)))**2) return
+    if (det <= (line_extent_ratio*(a(1, 1) + a(2, 2)))**2) return
     field%slope(:n, 1) = (right(:, 1)*a(2, 2) - right(:, 2)*a(2, 1))/det
     field%slope(:n, 2) = (right(:, 2)*a(1, 1) - right(:, 1)*a(1, 2))/det
   end subroutine fit_field

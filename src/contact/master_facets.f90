@@ -13,7 +13,7 @@ module master_facets
     find_sharp_edges
 
   !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
-  real(wp), parameter :: sharp_cosine = 0.7_wp
+  real(wp), parameter :: smooth_facet_cosine = 0.7_wp
 
 contains
 
@@ -103,7 +103,7 @@ contains
         across = pair%surface%neighbours(k, f)
         if (across == 0) cycle
         pair%surface%sharp(k, f) = dot_product(normal_at_edge(pair, x, f, across), &
-          normal_at_edge(pair, x, across, f)) < sharp_cosine
+          normal_at_edge(pair, x, across, f)) < smooth_facet_cosine
       end do
     end do
   end subroutine find_sharp_edges

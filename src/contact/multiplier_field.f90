@@ -22,13 +22,13 @@ module multiplier_field
   real(wp), parameter :: projection_tolerance = 1.0e-14_wp
   !> Iterations of a projection: the scaled mass matrix of linear triangles has a condition number
   !! of 4, so about 35 are enough.
-  integer, parameter :: most_iterations = 200
+  integer, parameter :: most_field_iterations = 200
   !> Nothing slips along a tangent if no motion that is left has a larger share of it than this: it
   !! would meet a hundredth of the compliance. Facets of a joint that is held across its plane tilt
   !! by thousandths.
   real(wp), parameter :: least_motion = 0.1_wp
   !> Room for the neighbours of a vector to begin with.
-  integer, parameter :: first_room = 16
+  integer, parameter :: first_neighbours = 16
 
   !> Which motions the supports leave neither to a slave node nor to the master there.
   type :: node_hold_t
@@ -203,8 +203,8 @@ contains
     integer :: p, b, c, i, j, place
 
     allocate (field%neighbours(field%n), source=0)
-    allocate (field%neighbour(first_room, field%n), source=0)
-    allocate (field%mass(3, 3, first_room, field%n), source=0.0_wp)
+    allocate (field%neighbour(first_neighbours, field%n), source=0)
+    allocate (field%mass(3, 3, first_neighbours, field%n), source=0.0_wp)
     allocate (field%diagonal(field%n), source=0.0_wp)
     do p = 1, size(field%vector, 2)
       if (all(field%vector(:, p) == 0)) cycle
@@ -342,7 +342,7 @@ contains
     energy = sum(r*s)
     wanted = projection_tolerance**2*energy
     if (present(share)) wanted = max(projection_tolerance, share)**2*energy
-    do iteration = 1, most_iterations
+    do iteration = 1, most_field_iterations
       if (energy <= wanted) exit
       m = mass_times(field, s)
       if (sum(s*m) <= 0.0_wp) exit

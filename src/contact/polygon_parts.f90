@@ -5,12 +5,12 @@ module polygon_parts
   use facet_clipping, only: polygon_area, most_corners
   implicit none
   private
-  public :: lie_over, take_away, most_parts
+  public :: lie_over, take_away, most_polygon_parts
 
   !> Parts below this share of the unit triangle are round-off of corners that were computed twice.
-  real(wp), parameter :: least_part = 1.0e-10_wp
+  real(wp), parameter :: least_part_area = 1.0e-10_wp
   !> Parts of a polygon that are kept; each polygon taken away leaves one at each of its edges.
-  integer, parameter :: most_parts = 24
+  integer, parameter :: most_polygon_parts = 24
 
 contains
 
@@ -31,18 +31,19 @@ contains
       call cut_at(q, k, .true., part, n)
       if (n < 3) return
     end do
-    over = abs(polygon_area(part, n)) > least_part
+    over = abs(polygon_area(part, n)) > least_part_area
   end function lie_over
 
   !> Takes a convex polygon away from the parts of another: behind each of its edges lies what the
   !! edges before have left inside.
   pure subroutine take_away(q, parts, sizes, n)
     real(wp), intent(in) :: q(:, :) !! (2, corners) what is taken away
-    real(wp), intent(inout) :: parts(2, most_corners, most_parts) !! convex parts
-    integer, intent(inout) :: sizes(most_parts) !! their corners
+    real(wp), intent(inout) :: parts(2, most_corners, most_polygon_parts) !! convex parts
+    integer, intent(inout) :: sizes(most_polygon_parts) !! their corners
     integer, intent(inout) :: n !! how many
-    real(wp) :: old(2, most_corners, most_parts), inside(2, most_corners), beyond(2, most_corners)
-    integer :: old_sizes(most_parts), i, k, m, corners, old_n
+    real(wp) :: old(2, most_corners, most_polygon_parts), inside(2, most_corners), &
+      beyond(2, most_corners)
+    integer :: old_sizes(most_polygon_parts), i, k, m, corners, old_n
 
     old = parts
     old_sizes = sizes
@@ -70,11 +71,11 @@ contains
   pure subroutine keep(part, corners, parts, sizes, n)
     real(wp), intent(in) :: part(2, most_corners) !! the part
     integer, intent(in) :: corners !! its corners
-    real(wp), intent(inout) :: parts(2, most_corners, most_parts) !! gets it
-    integer, intent(inout) :: sizes(most_parts) !! gets its corners
+    real(wp), intent(inout) :: parts(2, most_corners, most_polygon_parts) !! gets it
+    integer, intent(inout) :: sizes(most_polygon_parts) !! gets its corners
     integer, intent(inout) :: n !! grows
 
-    if (n == most_parts .or. abs(polygon_area(part, corners)) <= least_part) return
+    if (n == most_polygon_parts .or. abs(polygon_area(part, corners)) <= least_part_area) return
     n = n + 1
     parts(:, :, n) = part
     sizes(n) = corners

@@ -13,8 +13,8 @@ module slave_places
     place_curved, share_of_area, project_into, slave_lift, lift_over
 
   !> Steps of the way into a curved facet, and the last of them [shape functions].
-  integer, parameter :: most_steps = 60
-  real(wp), parameter :: last_step = 1.0e-15_wp
+  integer, parameter :: most_way_steps = 60
+  real(wp), parameter :: last_way_step = 1.0e-15_wp
 
 contains
 
@@ -165,20 +165,20 @@ contains
     real(wp), intent(in) :: y(3, n_points) !! the points [length]
     real(wp), intent(out) :: xi(2, n_points) !! (xi, eta)
     real(wp) :: offset(2, 3), gaps(max(3, n_points)), flat(2, n_points), l(3), next(2)
-    real(wp), parameter :: middle(2, 3) = reshape([0.5_wp, 0.5_wp, 0.0_wp, 0.5_wp, 0.5_wp, &
+    real(wp), parameter :: edge_middles(2, 3) = reshape([0.5_wp, 0.5_wp, 0.0_wp, 0.5_wp, 0.5_wp, &
       0.0_wp], [2, 3])
     integer :: k, step
 
     call project_points(x(:, 1:3), 3, x(:, 4:6), offset, gaps(:3))
-    offset = offset - middle
+    offset = offset - edge_middles
     call project_points(x(:, 1:3), n_points, y, flat, gaps(:n_points))
     xi = flat
     do k = 1, n_points
-      do step = 1, most_steps
+      do step = 1, most_way_steps
         l = max(0.0_wp, [xi(:, k), 1.0_wp - sum(xi(:, k))])
         l = l/sum(l)
         next = flat(:, k) - matmul(offset, 4.0_wp*l*l([2, 3, 1]))
-        if (maxval(abs(next - xi(:, k))) <= last_step) exit
+        if (maxval(abs(next - xi(:, k))) <= last_way_step) exit
         xi(:, k) = next
       end do
     end do

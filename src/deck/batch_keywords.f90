@@ -1,6 +1,7 @@
 !> Rows of the keyword table: solution commands.
 module batch_keywords
   use linear_solver, only: solver_words, solver_list
+  use solution_settings, only: n_settings, settings_of_deck, setting_signature
   use keyword_types, only: keyword_table_t, table_batch, add_command, explain
   implicit none
   private
@@ -20,9 +21,12 @@ contains
     call explain(t, 'Increments of DT with line search; a failed one is cut and grown again. The')
     call explain(t, 'n end times are always hit, and only they are written to tables.')
     call explain(t, 'Example: STEP,,25')
-    call add_command(t, table_batch, 'TOL', '- q:v | RESIdual q:v', 'tolerance of the iterations')
-    call explain(t, 'TOL,,v: relative energy (default 1e-16). TOL,RESI,v: norm of the residual')
-    call explain(t, 'against the norm of all nodal forces, reactions included.')
+    do k = 1, n_settings
+      if (settings_of_deck(k)%summary /= '') call add_command(t, table_batch, &
+        trim(settings_of_deck(k)%command), setting_signature(settings_of_deck(k)%command), &
+        trim(settings_of_deck(k)%summary))
+      call explain(t, trim(settings_of_deck(k)%help))
+    end do
     call add_command(t, table_batch, 'PROPortional', '| - [p:n]', &
                      'proportional load whose table follows END')
     call explain(t, 'FEAP''s form. Tables after END, in the order of the PROP commands, parted by')

@@ -10,7 +10,7 @@ module diagnostics
     error_count, diagnostics_to_error, list_problems, note_lines, warning_lines, printable
 
   !> Errors that one report shows.
-  integer, parameter :: most_shown = 20
+  integer, parameter :: most_errors_shown = 20
   !> Errors that are kept; more are only counted.
   integer, parameter :: most_kept = 5000
   !> Columns of a source line that are shown.
@@ -141,12 +141,12 @@ contains
     allocate (order(diagnostics%kept))
     order(:) = reading_order(diagnostics)
     report = ''
-    do i = 1, min(most_shown, size(order))
+    do i = 1, min(most_errors_shown, size(order))
       if (i > 1) report = report//new_line('a')
       report = report//message_text(diagnostics, diagnostics%messages(order(i)))
     end do
-    if (diagnostics%errors > most_shown) report = report//new_line('a')//'... and '// &
-      to_text(diagnostics%errors - most_shown)//' more'
+    if (diagnostics%errors > most_errors_shown) report = report//new_line('a')//'... and '// &
+      to_text(diagnostics%errors - most_errors_shown)//' more'
     call raise(error, exit_deck, report)
   end subroutine diagnostics_to_error
 

@@ -16,7 +16,7 @@ module expressions
   public :: problem_t, evaluate
 
   !> Deepest nesting of parentheses, signs and powers.
-  integer, parameter :: deepest = 100
+  integer, parameter :: deepest_nesting = 100
 
   !> Why an expression has no value.
   type :: problem_t
@@ -162,8 +162,9 @@ contains
 
     value = 0.0_wp
     cursor%depth = cursor%depth + 1
-    if (cursor%depth > deepest) then
-      call fail(cursor, cursor%i, 'an expression nested more than '//to_text(deepest)//' deep', &
+    if (cursor%depth > deepest_nesting) then
+      call fail(cursor, cursor%i, 'an expression nested more than '// &
+        to_text(deepest_nesting)//' deep', &
                 'split it with the help of parameters')
       return
     end if

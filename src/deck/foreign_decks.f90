@@ -16,16 +16,16 @@ contains
     character(*), intent(in) :: path !! its name
     character(:), allocatable :: t
     character(*), parameter :: own = '  a deck of mfec begins with MFEC * * title'
-    integer, parameter :: head = 4096
+    integer, parameter :: deck_head = 4096
     integer :: first
 
     t = ''
-    first = verify(text(:min(len(text), head)), ' '//achar(9)//achar(10)//achar(13))
+    first = verify(text(:min(len(text), deck_head)), ' '//achar(9)//achar(10)//achar(13))
     if (first == 0) return
     if (index(text(first:min(len(text), first + 3)), char(137)//'HDF') == 1) then
       t = 'it is an HDF5 file, results perhaps'//new_line('a')// &
         '  to go on from them: mfec deck.inp --restart '//path
-    else if (index(text(first:min(len(text), head)), achar(0)) > 0) then
+    else if (index(text(first:min(len(text), deck_head)), achar(0)) > 0) then
       t = 'it is binary'//new_line('a')//own//'; MESH file in it reads a mesh'
     else if (index(text(first:min(len(text), first + 10)), '$MeshFormat') == 1) then
       t = 'it is a mesh of Gmsh'//new_line('a')//own//'; MESH '//path//' in it reads the mesh'

@@ -3,7 +3,7 @@ module matching
   use deck_types, only: record_t, item_t, parameter_t, item_empty, item_number, item_word, &
     item_quoted
   use records, only: is_word, item_count, item_location
-  use signatures, only: token_t, signature_t, syntax_text, token_name, kind_name, kind_file, &
+  use signatures, only: token_t, signature_t, syntax_text, token_name, kind_name, kind_file_name, &
     kind_any, kind_node_list, kind_choice, kind_keyword, kind_nothing
   use hints, only: word_list_t, add_candidate, is_listed, did_you_mean
   use source, only: source_line
@@ -162,7 +162,7 @@ contains
           acceptance = accept_name
         end if
       end if
-    case (kind_file, kind_any)
+    case (kind_file_name, kind_any)
       if (item%kind /= item_empty) acceptance = accept_name
     case default
       if (item%kind /= item_quoted) acceptance = accept_number
@@ -194,7 +194,7 @@ contains
       call check_choice(record%items(k), token, diagnostics, good)
     case (kind_name)
       call check_name(record%items(k), diagnostics, good)
-    case (kind_file)
+    case (kind_file_name)
       good = len(record%items(k)%text) > 0
       if (.not. good) call report_error(diagnostics, record%items(k)%at, 'an empty file name', &
                                         'name a file')

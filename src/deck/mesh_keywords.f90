@@ -1,6 +1,7 @@
 !> Rows of the keyword table: mesh, supports, loads and what organises a deck.
 module mesh_keywords
   use body_fields, only: field_words
+  use bulk_laws, only: solid_signature
   use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, explain
   implicit none
   private
@@ -101,8 +102,7 @@ contains
     call explain(t, '    2  1 0 0')
     call explain(t, '    ...')
     call add_command(t, table_mesh, 'MATErial', 'p:number [a:label]', 'a material')
-    call add_word(t, 'SOLId', '[c:LINEar,NEOHookean,SVK,MEAN,NODAl,FULL] [c:MEAN,NODAl,FULL]', &
-                  'constitutive law')
+    call add_word(t, 'SOLId', solid_signature(), 'constitutive law')
     call add_word(t, 'ELAStic', 'ISOTropic q:E r:nu | NEOHookean q:E r:nu', &
                   'Young''s modulus and Poisson''s ratio')
     call add_word(t, 'DENSity', 'z:rho', 'density')

@@ -13,7 +13,7 @@ module safe_math
     'sin', 'cos', 'tan', 'asin', 'acos', 'atan', 'sinh', 'cosh', 'tanh', 'sind', 'cosd', 'tand', &
     'asind', 'acosd', 'atand', 'min', 'max']
 
-  real(wp), parameter :: largest = huge(1.0_wp)
+  real(wp), parameter :: largest_number = huge(1.0_wp)
   !> Largest argument of exp.
   real(wp), parameter :: largest_exponent = 709.0_wp
 
@@ -27,7 +27,7 @@ contains
     character(:), allocatable, intent(out) :: problem !! allocated if it overflows
 
     value = 0.0_wp
-    if (abs(0.5_wp*a + 0.5_wp*b) >= 0.5_wp*largest) then
+    if (abs(0.5_wp*a + 0.5_wp*b) >= 0.5_wp*largest_number) then
       problem = 'the sum overflows'
     else
       value = a + b
@@ -43,7 +43,7 @@ contains
 
     value = 0.0_wp
     if (abs(b) > 1.0_wp) then
-      if (abs(a) >= largest/abs(b)) then
+      if (abs(a) >= largest_number/abs(b)) then
         problem = 'the product overflows'
         return
       end if
@@ -64,7 +64,7 @@ contains
       return
     end if
     if (abs(b) < 1.0_wp) then
-      if (abs(a) >= largest*abs(b)) then
+      if (abs(a) >= largest_number*abs(b)) then
         problem = 'the quotient overflows'
         return
       end if

@@ -10,7 +10,7 @@ module signatures
   private
   public :: token_t, alternative_t, signature_t, compile_signature, syntax_text, token_name
   public :: kind_positive, kind_count, kind_integer, kind_axis, kind_real, kind_positive_real, &
-    kind_not_negative, kind_name, kind_file, kind_any, kind_node_list, kind_choice, &
+    kind_not_negative, kind_name, kind_file_name, kind_any, kind_node_list, kind_choice, &
     kind_keyword, kind_nothing, kind_exact
 
   !> Kinds of tokens.
@@ -22,7 +22,7 @@ module signatures
   character(1), parameter :: kind_positive_real = 'q' !! number greater than 0
   character(1), parameter :: kind_not_negative = 'z' !! number not less than 0
   character(1), parameter :: kind_name = 'w' !! name of a set, region, surface, pair
-  character(1), parameter :: kind_file = 'f' !! name of a file
+  character(1), parameter :: kind_file_name = 'f' !! name of a file
   character(1), parameter :: kind_any = 'a' !! any text (a label)
   character(1), parameter :: kind_node_list = 'l' !! node number or TO
   character(1), parameter :: kind_choice = 'c' !! one of the words in the label, parted by commas

@@ -64,14 +64,14 @@ contains
     integer(c_long), intent(in) :: expected !! bytes of a regular file, 0 where that is not known
     character(:), allocatable, intent(out) :: text !! all its bytes
     character(:), allocatable, intent(inout) :: problem !! allocated if they cannot be read
-    integer(c_long), parameter :: first_room = 65536, longest = huge(1) - 1
+    integer(c_long), parameter :: first_bytes = 65536, most_source_bytes = huge(1) - 1
     character(:), allocatable :: longer
     integer(c_long) :: room, taken
     integer(c_int) :: ignored
 
-    room = merge(expected, first_room, expected > 0)
+    room = merge(expected, first_bytes, expected > 0)
     taken = 0
-    do while (room <= longest)
+    do while (room <= most_source_bytes)
       allocate (character(room) :: longer)
       if (taken > 0) longer(:taken) = text
       call move_alloc(longer, text)
@@ -81,7 +81,7 @@ contains
       room = 2*room
     end do
     ignored = c_fclose(stream)
-    if (room > longest) then
+    if (room > most_source_bytes) then
       problem = 'it is larger than 2 GB'
     else if (taken < expected) then
       problem = 'the file cannot be read'

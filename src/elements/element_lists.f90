@@ -3,6 +3,7 @@ module element_lists
   use kinds, only: wp
   use threads, only: worth_threads
   use element_types, only: max_slaves, n_element_history
+  use law_types, only: bulk_law_t
   use solid_types, only: n_solid_parameters
   use elmlib, only: n_parameters, routine_none
   implicit none
@@ -32,6 +33,9 @@ module element_lists
     logical :: linear = .true. !! forces are the tangent times displacements, and it never changes
     integer, allocatable :: set(:) !! (n) column of d
     real(wp), allocatable :: d(:, :) !! (n_solid_parameters, sets) parameters
+    type(bulk_law_t), allocatable :: law(:) !! (sets) their laws
+    real(wp), allocatable :: memory(:, :, :) !! (n_state, points, n) what the points of the elements
+    !! remember of the last converged state, if some law asks for it
   end type bulk_list_t
 
   !> Volumes of nodes (nodal_dilatation), one for each node and material; as elements they have the
@@ -107,6 +111,7 @@ contains
     call allocate_nodes(list, n, most)
     allocate (list%set(n), source=0)
     allocate (list%d(n_solid_parameters, sets), source=0.0_wp)
+    allocate (list%law(sets))
   end subroutine allocate_bulk
 
   !> Allocates a list of n contact elements that take no part.

@@ -11,7 +11,7 @@ module element_parts
   public :: part_nodes, elements_of_part
 
   !> Places along the way that are told from each other.
-  integer, parameter :: places = 1024
+  integer, parameter :: places_along = 1024
 
 contains
 
@@ -20,7 +20,7 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(in) :: parts !! how many
     integer, intent(out) :: part(:) !! (nodes) 1 to parts
-    integer :: place(size(part)), count_at(places), part_at(places), i, way, before
+    integer :: place(size(part)), count_at(places_along), part_at(places_along), i, way, before
     real(wp) :: low(3), high(3)
 
     part = 1
@@ -31,12 +31,13 @@ contains
     if (high(way) <= low(way)) return
     count_at = 0
     do i = 1, size(part)
-      place(i) = min(places, 1 + int(real(places, wp)*(x(way, i) - low(way))/(high(way) &
+      place(i) = min(places_along, 1 + int(real(places_along, wp)*(x(way, i) &
+        - low(way))/(high(way) &
         - low(way))))
       count_at(place(i)) = count_at(place(i)) + 1
     end do
     before = 0
-    do i = 1, places
+    do i = 1, places_along
       part_at(i) = min(parts, 1 + int(real(parts, wp)*(real(before, wp) &
         + 0.5_wp*real(count_at(i), wp))/real(size(part), wp)))
       before = before + count_at(i)

@@ -9,6 +9,7 @@ module elmt01
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, &
     state_stress, state_rotation, state_strain
   use law_linear, only: lame, linear_stress
+  use deformation, only: small_strain, rotation_vector
   implicit none
   private
   public :: elmt01_t4
@@ -25,7 +26,7 @@ contains
     call shape_gradients(e%xl(:, 1:4), gradient, volume)
     call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
     h = matmul(e%ul(:, 1:4), transpose(gradient))
-    strain = strain_of(h)
+    strain = small_strain(h)
     stress = linear_stress(lambda, g, strain)
     e%energy = 0.5_wp*volume*(dot_product(stress(1:3), strain(1:3)) &
       + 2.0_wp*dot_product(stress(4:6), strain(4:6)))
@@ -38,7 +39,7 @@ contains
     case (task_stress)
       e%state(state_stress) = stress
       e%state(state_strain) = strain
-      e%state(state_rotation) = rotation_of(h)
+      e%state(state_rotation) = rotation_vector(h)
     case default
       ! task_reach: small strain never turns an element inside out.
     end select
@@ -86,23 +87,6 @@ contains
       end do
     end do
   end subroutine stiffness
-
-  !> Strain xx yy zz xy yz zx, shear half of gamma.
-  pure function strain_of(h) result(strain)
-    real(wp), intent(in) :: h(3, 3) !! displacement gradient
-    real(wp) :: strain(6)
-
-    strain(1:3) = [h(1, 1), h(2, 2), h(3, 3)]
-    strain(4:6) = 0.5_wp*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
-  end function strain_of
-
-  !> Rotation vector of the constant displacement gradient.
-  pure function rotation_of(h) result(w)
-    real(wp), intent(in) :: h(3, 3) !! displacement gradient
-    real(wp) :: w(3)
-
-    w = 0.5_wp*[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
-  end function rotation_of
 
   !> Internal force of a constant stress: r_a = V sigma g_a.
   pure subroutine internal_force(gradient, volume, stress, r)

@@ -9,6 +9,7 @@ module elmt02
     state_stress, state_rotation, state_strain
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame, linear_stress
+  use deformation, only: small_strain, rotation_vector
   implicit none
   private
   public :: elmt02_small
@@ -51,19 +52,6 @@ contains
     h = matmul(e%ul(:, :e%nel), transpose(rule%gradient(:, :e%nel, q)))
   end function slope_at
 
-  !> Strain xx yy zz xy yz zx of a displacement gradient, its trace replaced if it goes with the
-  !! mean dilatation.
-  pure function strain_of(h, mean, dilatation) result(strain)
-    real(wp), intent(in) :: h(3, 3) !! displacement gradient
-    logical, intent(in) :: mean !! the trace is that of the element
-    real(wp), intent(in) :: dilatation !! this trace
-    real(wp) :: strain(6)
-
-    strain(1:3) = [h(1, 1), h(2, 2), h(3, 3)]
-    if (mean) strain(1:3) = strain(1:3) + (dilatation - sum(strain(1:3)))/3.0_wp
-    strain(4:6) = 0.5_wp*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
-  end function strain_of
-
   !> Stress of one point: W = G e:e with the strain of the point, lambda/2 (tr e)^2 with that of the
   !! element if it goes with the mean dilatation.
   pure function stress_at(h, lambda, g, mean, dilatation) result(stress)
@@ -74,7 +62,7 @@ contains
     real(wp), intent(in) :: dilatation !! mean dilatation of the element
     real(wp) :: stress(6)
 
-    stress = linear_stress(merge(0.0_wp, lambda, mean), g, strain_of(h, .false., 0.0_wp))
+    stress = linear_stress(merge(0.0_wp, lambda, mean), g, small_strain(h))
     if (mean) stress(1:3) = stress(1:3) + lambda*dilatation
   end function stress_at
 
@@ -107,7 +95,7 @@ contains
     do q = 1, rule%n
       associate (h => slope_at(rule, q, e))
         stress = stress_at(h, lambda, g, mean, dilatation)
-        strain = strain_of(h, .false., 0.0_wp)
+        strain = small_strain(h)
       end associate
       force = rule%weight(q)*matmul(reshape(stress([1, 4, 6, 4, 2, 5, 6, 5, 3]), [3, 3]), &
         rule%gradient(:, :e%nel, q))
@@ -183,11 +171,11 @@ contains
       share = rule%weight(q)/sum(rule%weight(:rule%n))
       associate (h => slope_at(rule, q, e))
         e%points(:6, q) = stress_at(h, lambda, g, mean, 0.0_wp)
-        e%points(7:, q) = strain_of(h, mean, 0.0_wp)
+        e%points(7:, q) = small_strain(h)
+        if (mean) e%points(7:9, q) = e%points(7:9, q) - sum(e%points(7:9, q))/3.0_wp
         e%state(state_stress) = e%state(state_stress) + share*e%points(:6, q)
         e%state(state_strain) = e%state(state_strain) + share*e%points(7:, q)
-        e%state(state_rotation) = e%state(state_rotation) + 0.5_wp*share &
-          *[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
+        e%state(state_rotation) = e%state(state_rotation) + share*rotation_vector(h)
       end associate
     end do
   end subroutine find_state

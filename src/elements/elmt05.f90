@@ -1,4 +1,5 @@
-!> Element 5: tetrahedra of any number of nodes, finite strain, total Lagrangian, any law.
+!> Element 5: tetrahedra of any number of nodes, total Lagrangian, any law of finite strain, and
+!! those of small strain that are not linear.
 !!
 !! F = I + u_a (x) grad N_a, r_a = int P grad N_a dV; the volume integrals are those of the
 !! reference (doc/theory, "Finite strain", eqs. (8.8), (8.13)). With d_mean the volumetric energy
@@ -8,12 +9,12 @@ module elmt05
   use vectors, only: cross, invert, sum_products
   use element_types, only: task_tangent, task_stress, task_reach
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, d_mean, &
-    d_law, state_stress, state_strain
+    d_own, state_stress, state_strain, state_rotation
   use solid_shapes, only: solid_rule_t, solid_rule
   use law_linear, only: lame
-  use deformation, only: volume_growth, green_strain
+  use deformation, only: volume_growth, green_strain, small_strain, rotation_vector
   use law_neohooke, only: neohooke_volume
-  use bulk_laws, only: law_point
+  use law_types, only: bulk_point_t
   use cubic_roots, only: first_positive_root
   implicit none
   private
@@ -70,26 +71,27 @@ contains
     real(wp), intent(in) :: d(:) !! parameters
     type(solid_rule_t), intent(in) :: rule !! points
     type(solid_t), intent(inout) :: e !! local data
-    real(wp) :: lambda, g, f(3, 3), h(3, 3), j, p(3, 3), a(3, 3, 3, 3), energy
+    type(bulk_point_t) :: point
+    real(wp) :: f(3, 3), j
     integer :: q
 
-    call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
-    if (d(d_mean) > 0.0_wp) lambda = 0.0_wp
+    call lame(d(d_youngs_modulus), d(d_poissons_ratio), point%lambda, point%g)
+    if (d(d_mean) > 0.0_wp) point%lambda = 0.0_wp
+    point%own = d(d_own:)
     e%inverted = .false.
     do q = 1, rule%n
-      call deform(rule, q, e, f, j, h)
-      e%inverted = .not. j > 0.0_wp
+      call deform(rule, q, e, f, j, point%gradient)
+      e%inverted = e%finite .and. .not. j > 0.0_wp
       if (e%inverted) return
-      if (task == task_tangent) then
-        call law_point(nint(d(d_law)), lambda, g, h, p, energy, a)
-      else
-        call law_point(nint(d(d_law)), lambda, g, h, p, energy)
-      end if
+      point%old = e%old(:, q)
+      call e%point(task == task_tangent, point)
+      e%new(:, q) = point%new
       associate (w => rule%weight(q), gradient => rule%gradient(:, :e%nel, q))
-        e%energy = e%energy + w*energy
-        call add_force(gradient, w*p, e%r)
-        if (task == task_tangent) call add_matrix(gradient, w*a, e%s)
-        if (task == task_stress) call add_state(q, w/sum(rule%weight(:rule%n)), h, f, j, p, e)
+        e%energy = e%energy + w*point%energy
+        call add_force(gradient, w*point%p, e%r)
+        if (task == task_tangent) call add_matrix(gradient, w*point%a, e%s)
+        if (task == task_stress) call add_state(q, w/sum(rule%weight(:rule%n)), f, j, &
+          point, e)
       end associate
     end do
   end subroutine add_points
@@ -128,20 +130,26 @@ contains
     end do
   end subroutine add_matrix
 
-  !> Cauchy stress sigma = P F^T/J and Green's strain, of the point and as means.
-  pure subroutine add_state(q, share, h, f, j, p, e)
+  !> Cauchy stress sigma = P F^T/J and Green's strain, or stress, strain and rotation where strain
+  !! is small, of the point and as means.
+  pure subroutine add_state(q, share, f, j, point, e)
     integer, intent(in) :: q !! the point
     real(wp), intent(in) :: share !! of the element's volume
-    real(wp), intent(in) :: h(3, 3) !! displacement gradient
     real(wp), intent(in) :: f(3, 3) !! deformation gradient
     real(wp), intent(in) :: j !! its determinant
-    real(wp), intent(in) :: p(3, 3) !! first Piola-Kirchhoff stress [force/length^2]
+    type(bulk_point_t), intent(in) :: point !! gradient, stress
     type(solid_t), intent(inout) :: e !! gets state
-    real(wp) :: sigma(3, 3)
 
-    sigma = matmul(p, transpose(f))/j
-    e%points(:6, q) = components(sigma)
-    e%points(7:, q) = components(green_strain(h))
+    associate (h => point%gradient)
+      if (e%finite) then
+        e%points(:6, q) = components(matmul(point%p, transpose(f))/j)
+        e%points(7:, q) = components(green_strain(h))
+      else
+        e%points(:6, q) = components(point%p)
+        e%points(7:, q) = small_strain(h)
+        e%state(state_rotation) = e%state(state_rotation) + share*rotation_vector(h)
+      end if
+    end associate
     e%state(state_stress) = e%state(state_stress) + share*e%points(:6, q)
     e%state(state_strain) = e%state(state_strain) + share*e%points(7:, q)
   end subroutine add_state
@@ -215,6 +223,7 @@ contains
     integer :: q
 
     e%reach = huge(1.0_wp)
+    if (.not. e%finite) return
     do q = 1, rule%n
       call deform(rule, q, e, f, j, h)
       df = sum_products(e%dul(:, :e%nel), rule%gradient(:, :e%nel, q))

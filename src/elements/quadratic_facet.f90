@@ -16,14 +16,14 @@ module quadratic_facet
   integer, parameter :: facet_flat = 0, facet_bent = 1, facet_round = 2
 
   !> Steps of a projection, and how many of them leave the curvature out.
-  integer, parameter :: most_steps = 30, first_steps = 2
+  integer, parameter :: most_facet_steps = 30, first_steps = 2
   !> A step below this is the last.
-  real(wp), parameter :: last_step = 1.0e-12_wp
+  real(wp), parameter :: last_facet_step = 1.0e-12_wp
   !> A projection further outside, in shape functions of the corners, is none.
-  real(wp), parameter :: farthest = 2.0_wp
+  real(wp), parameter :: outermost_shape = 2.0_wp
   !> The curvature may take this share of the metric: beyond it the point is near the centre of a
   !! sphere that lies in the facet, and has no projection of its own.
-  real(wp), parameter :: least_share = 0.05_wp
+  real(wp), parameter :: least_curved_share = 0.05_wp
 
   !> Shape functions at a place.
   type :: facet_shapes_t
@@ -110,7 +110,7 @@ contains
     integer :: i
 
     p%xi = flat_place(x, y)
-    do i = 1, most_steps
+    do i = 1, most_facet_steps
       s = facet_shapes(p%xi, kind, x)
       d = y - matmul(x, s%n)
       p%t = matmul(x, s%d)
@@ -119,14 +119,15 @@ contains
       a = metric
       if (i > first_steps) call bend(d, p%bent, a)
       det = a(1, 1)*a(2, 2) - a(1, 2)*a(2, 1)
-      if (.not. (det > least_share*(metric(1, 1)*metric(2, 2) - metric(1, 2)**2) .and. &
+      if (.not. (det > least_curved_share*(metric(1, 1)*metric(2, 2) - metric(1, 2)**2) .and. &
         a(1, 1) > 0.0_wp)) return
       p%inverse = reshape([a(2, 2), -a(2, 1), -a(1, 2), a(1, 1)], [2, 2])/det
       step = matmul(p%inverse, matmul(d, p%t))
       p%xi = p%xi + step
-      if (kind /= facet_flat .and. (any(abs(p%xi) > farthest) .or. abs(sum(p%xi)) > farthest)) &
+      if (kind /= facet_flat .and. (any(abs(p%xi) > outermost_shape) .or. abs(sum(p%xi)) &
+        > outermost_shape)) &
         return
-      p%found = maxval(abs(step)) <= last_step .and. i > first_steps
+      p%found = maxval(abs(step)) <= last_facet_step .and. i > first_steps
       if (kind == facet_flat .and. i > first_steps) p%found = .true.
       if (p%found) exit
     end do

@@ -2,26 +2,26 @@
 !! on all of them: what elmt05 does with one point, in other words (doc/theory, "Finite strain").
 module tetrahedra_at_once
   use kinds, only: wp
-  use law_neohooke, only: neohooke_points, at_once
+  use law_neohooke, only: neohooke_points, points_at_once
   implicit none
   private
-  public :: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, form_tangents, &
+  public :: points_at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, form_tangents, &
     is_reach_far
 
   !> The elements; index 1 of all arrays but s is that of the element.
   type :: tetrahedra_t
-    real(wp) :: x(at_once, 3, 4) !! reference coordinates [length]
-    real(wp) :: u(at_once, 3, 4) !! displacements [length]
-    real(wp) :: gradient(at_once, 3, 2:4) !! dN_a/dX of the last three nodes [1/length]
-    real(wp) :: volume(at_once) !! in the reference [length^3]
-    real(wp) :: h(at_once, 3, 3) !! displacement gradient F - I
-    real(wp) :: p(at_once, 3, 3) !! stress P_iJ [force/length^2]
-    real(wp) :: away(at_once, 3, 3) !! F^-T
-    real(wp) :: j(at_once) !! det F; not above zero: turned inside out, and nothing else holds
-    real(wp) :: turning(at_once) !! G - lambda ln J [force/length^2]
-    real(wp) :: energy(at_once) !! strain energy [force length]
-    real(wp) :: r(at_once, 3, 4) !! internal force of the nodes [force]
-    real(wp) :: s(3, 3, 4, 4, at_once) !! tangents dr_a/du_b [force/length]
+    real(wp) :: x(points_at_once, 3, 4) !! reference coordinates [length]
+    real(wp) :: u(points_at_once, 3, 4) !! displacements [length]
+    real(wp) :: gradient(points_at_once, 3, 2:4) !! dN_a/dX of the last three nodes [1/length]
+    real(wp) :: volume(points_at_once) !! in the reference [length^3]
+    real(wp) :: h(points_at_once, 3, 3) !! displacement gradient F - I
+    real(wp) :: p(points_at_once, 3, 3) !! stress P_iJ [force/length^2]
+    real(wp) :: away(points_at_once, 3, 3) !! F^-T
+    real(wp) :: j(points_at_once) !! det F; not above zero: inside out
+    real(wp) :: turning(points_at_once) !! G - lambda ln J [force/length^2]
+    real(wp) :: energy(points_at_once) !! strain energy [force length]
+    real(wp) :: r(points_at_once, 3, 4) !! internal force of the nodes [force]
+    real(wp) :: s(3, 3, 4, 4, points_at_once) !! tangents dr_a/du_b [force/length]
   end type tetrahedra_t
 
 contains
@@ -32,7 +32,7 @@ contains
     real(wp) :: a(3), b(3), c(3), six, slope(3, 2:4), u(3, 2:4)
     integer :: n, i, k
 
-    do n = 1, at_once
+    do n = 1, points_at_once
       a = e%x(n, :, 2) - e%x(n, :, 1)
       b = e%x(n, :, 3) - e%x(n, :, 1)
       c = e%x(n, :, 4) - e%x(n, :, 1)
@@ -66,7 +66,7 @@ contains
     integer :: n, i, k
 
     call neohooke_points(lambda, g, e%h, e%p, e%energy, e%away, e%j, e%turning)
-    do n = 1, at_once
+    do n = 1, points_at_once
       e%energy(n) = e%volume(n)*e%energy(n)
       do k = 2, 4
         do i = 1, 3
@@ -90,7 +90,7 @@ contains
     real(wp) :: slope(3, 4), h(3, 4), along(3), across(3), even
     integer :: n, a, b, k
 
-    do n = 1, at_once
+    do n = 1, points_at_once
       slope(:, 2:4) = e%gradient(n, :, :)
       slope(:, 1) = -(slope(:, 2) + slope(:, 3) + slope(:, 4))
       do a = 1, 4
@@ -116,12 +116,12 @@ contains
   !> Ways of which twice the length would turn no F inside out: |cof F| |dF| < det F/2.
   pure subroutine is_reach_far(e, du, far)
     type(tetrahedra_t), intent(in) :: e !! deformed
-    real(wp), intent(in) :: du(at_once, 3, 4) !! ways on from there [length]
-    logical, intent(out) :: far(at_once) !! it is so
-    real(wp) :: room(at_once), f(3, 3), cofactor(3, 3), u(3, 2:4), square, way, j
+    real(wp), intent(in) :: du(points_at_once, 3, 4) !! ways on from there [length]
+    logical, intent(out) :: far(points_at_once) !! it is so
+    real(wp) :: room(points_at_once), f(3, 3), cofactor(3, 3), u(3, 2:4), square, way, j
     integer :: n, i, k
 
-    do n = 1, at_once
+    do n = 1, points_at_once
       do k = 1, 3
         do i = 1, 3
           f(i, k) = e%h(n, i, k)

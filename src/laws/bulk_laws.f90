@@ -1,49 +1,49 @@
-!> The laws of the bulk: their keywords, and the way to the routine of each.
-!!
-!! A new law is one file and one line in each table here.
+!> The laws of the bulk: a new law is one file, and one line in each place here that names another.
 module bulk_laws
-  use kinds, only: wp
-  use law_neohooke, only: neohooke_point
-  use law_svk, only: svk_point
+  use law_types, only: bulk_law_t
+  use law_linear, only: linear_law
+  use law_neohooke, only: neohooke_law, neohooke_point
+  use law_svk, only: svk_law, svk_point
   implicit none
   private
-  public :: law_t, laws, linear, neohooke, svk, law_point
+  public :: laws, linear, neohooke, svk, bulk_law, solid_signature
 
-  !> What readers, checks and elements ask of a law.
-  type :: law_t
-    character(10) :: keyword = '' !! its word behind SOLId
-    character(40) :: words = '' !! what it is, for people
-    logical :: finite = .false. !! of finite strain: the deformation gradient counts
-    logical :: may_mean = .false. !! its volumetric part may be that of the mean dilatation
-  end type law_t
-
-  !> Numbers of the laws.
-  integer, parameter :: linear = 1
-  integer, parameter :: neohooke = 2
-  integer, parameter :: svk = 3
-
-  !> The laws by number.
-  type(law_t), parameter :: laws(3) = [ &
-    law_t('LINEar    ', 'linear elastic', .false., .true.), &
-    law_t('NEOHookean', 'neo-Hooke, finite strain', .true., .true.), &
-    law_t('SVK       ', 'Saint-Venant-Kirchhoff, finite strain', .true., .false.)]
+  !> The laws, and their numbers.
+  integer, parameter :: linear = 1, neohooke = 2, svk = 3
+  type(bulk_law_t), parameter :: laws(3) = [linear_law, neohooke_law, svk_law]
 
 contains
 
-  !> Stress, its derivative and the energy of one point under a law of finite strain.
-  pure subroutine law_point(law, lambda, g, gradient, p, energy, a)
-    integer, intent(in) :: law !! its number
-    real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
-    real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: gradient(3, 3) !! displacement gradient F - I, det F > 0
-    real(wp), intent(out) :: p(3, 3) !! first Piola-Kirchhoff stress P_iJ [force/length^2]
-    real(wp), intent(out) :: energy !! [force/length^2]
-    real(wp), intent(out), optional :: a(3, 3, 3, 3) !! dP_iJ/dF_kL [force/length^2]
+  !> A law with its routine.
+  pure function bulk_law(number) result(law)
+    integer, intent(in) :: number !! which
+    type(bulk_law_t) :: law
 
-    if (law == svk) then
-      call svk_point(lambda, g, gradient, p, energy, a)
-    else
-      call neohooke_point(lambda, g, gradient, p, energy, a)
-    end if
-  end subroutine law_point
+    law = laws(number)
+    if (number == neohooke) law%point => neohooke_point
+    if (number == svk) law%point => svk_point
+  end function bulk_law
+
+  !> What may follow SOLId: a law, with its own parameters if it has any, or what the volumetric
+  !! part goes with.
+  pure function solid_signature() result(t)
+    character(:), allocatable :: t, words
+    character(*), parameter :: dilatation = '[c:MEAN,NODAl,FULL]'
+    integer :: k, i
+
+    words = ''
+    t = ''
+    do k = 1, size(laws)
+      if (laws(k)%count == 0) then
+        words = words//trim(laws(k)%keyword)//','
+        cycle
+      end if
+      t = t//' | '//trim(laws(k)%keyword)
+      do i = 1, laws(k)%count
+        t = t//' '//laws(k)%parameters(i)%check//':'//trim(laws(k)%parameters(i)%name)
+      end do
+      t = t//' '//dilatation
+    end do
+    t = '[c:'//words//dilatation(4:)//' '//dilatation//t
+  end function solid_signature
 end module bulk_laws

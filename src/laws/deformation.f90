@@ -5,7 +5,7 @@ module deformation
   use vectors, only: cross
   implicit none
   private
-  public :: volume_growth, log_one_plus, green_strain
+  public :: volume_growth, log_one_plus, green_strain, small_strain, rotation_vector
 
 contains
 
@@ -35,4 +35,21 @@ contains
 
     e = 0.5_wp*(h + transpose(h) + matmul(transpose(h), h))
   end function green_strain
+
+  !> Strain xx yy zz xy yz zx of a small displacement gradient, shear half of gamma.
+  pure function small_strain(h) result(strain)
+    real(wp), intent(in) :: h(3, 3) !! displacement gradient
+    real(wp) :: strain(6)
+
+    strain(1:3) = [h(1, 1), h(2, 2), h(3, 3)]
+    strain(4:6) = 0.5_wp*[h(1, 2) + h(2, 1), h(2, 3) + h(3, 2), h(3, 1) + h(1, 3)]
+  end function small_strain
+
+  !> Rotation vector of a small displacement gradient: half the curl.
+  pure function rotation_vector(h) result(w)
+    real(wp), intent(in) :: h(3, 3) !! displacement gradient
+    real(wp) :: w(3)
+
+    w = 0.5_wp*[h(3, 2) - h(2, 3), h(1, 3) - h(3, 1), h(2, 1) - h(1, 2)]
+  end function rotation_vector
 end module deformation

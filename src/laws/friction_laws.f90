@@ -31,7 +31,7 @@ module friction_laws
 
   !> Relative change of the slip path at which its iteration ends; steps that it never needs.
   real(wp), parameter :: path_tolerance = 4.0_wp*epsilon(1.0_wp)
-  integer, parameter :: most_steps = 200
+  integer, parameter :: most_law_steps = 200
 
 contains
 
@@ -167,7 +167,7 @@ contains
 
     low = start%path
     high = start%path + norm2(s)
-    do i = 1, most_steps
+    do i = 1, most_law_steps
       call follow_path(s, rule, cone, back, way, change)
       over = cone%path - start%path - norm2(s - back%s)
       slope = 1.0_wp + dot_product(way, change)

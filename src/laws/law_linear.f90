@@ -1,9 +1,13 @@
 !> SOLId LINEar: Hooke's law for small strain, isotropic.
 module law_linear
   use kinds, only: wp
+  use law_types, only: bulk_law_t
   implicit none
   private
-  public :: lame, linear_stress
+  public :: linear_law, lame, linear_stress
+
+  type(bulk_law_t), parameter :: linear_law = bulk_law_t('LINEar', 'linear elastic', &
+    linear=.true., may_mean=.true.)
 
 contains
 

@@ -4,50 +4,52 @@
 !! W = G/2 (I1 - 3) - G ln J + lambda/2 (ln J)^2.
 module law_neohooke
   use kinds, only: wp
+  use law_types, only: bulk_law_t, bulk_point_t
   use vectors, only: invert
   use deformation, only: volume_growth, log_one_plus, green_strain
   implicit none
   private
-  public :: neohooke_point, neohooke_points, neohooke_volume, at_once
+  public :: neohooke_law, neohooke_point, neohooke_points, neohooke_volume, points_at_once
+
+  type(bulk_law_t), parameter :: neohooke_law = bulk_law_t('NEOHookean', &
+    'neo-Hooke, finite strain', finite=.true., may_mean=.true.)
 
   !> Points that are computed at once.
-  integer, parameter :: at_once = 16
+  integer, parameter :: points_at_once = 16
 
 contains
 
-  !> First Piola-Kirchhoff stress, its derivative and the energy of one point. With lambda 0 the
-  !! part that the mean dilatation leaves to the point.
-  pure subroutine neohooke_point(lambda, g, gradient, p, energy, a)
-    real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
-    real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: gradient(3, 3) !! displacement gradient F - I, det F > 0
-    real(wp), intent(out) :: p(3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: energy !! W [force/length^2]
-    real(wp), intent(out), optional :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
+  !> Stress, energy and derivative of one point. With lambda 0 the part that the mean dilatation
+  !! leaves to the point.
+  pure subroutine neohooke_point(slope, q)
+    logical, intent(in) :: slope !! the derivative is asked for
+    type(bulk_point_t), intent(inout) :: q !! gradient given; gets p, energy, a
     real(wp) :: f(3, 3), h(3, 3), strain(3, 3), log_j, j
     integer :: i, k, l, m
 
-    f = gradient
+    f = q%gradient
     do i = 1, 3
       f(i, i) = f(i, i) + 1.0_wp
     end do
     call invert(f, h, j)
     h = transpose(h)
-    log_j = log_one_plus(volume_growth(gradient))
-    strain = green_strain(gradient)
+    log_j = log_one_plus(volume_growth(q%gradient))
+    strain = green_strain(q%gradient)
     ! F - F^-T = F^-T (F^T F - I)
-    p = 2.0_wp*g*matmul(h, strain) + lambda*log_j*h
-    energy = g*(strain(1, 1) + strain(2, 2) + strain(3, 3) - log_j) + 0.5_wp*lambda*log_j**2
-    if (.not. present(a)) return
+    q%p = 2.0_wp*q%g*matmul(h, strain) + q%lambda*log_j*h
+    q%energy = q%g*(strain(1, 1) + strain(2, 2) + strain(3, 3) - log_j) &
+      + 0.5_wp*q%lambda*log_j**2
+    if (.not. slope) return
     do l = 1, 3
       do k = 1, 3
         do m = 1, 3
           do i = 1, 3
             ! h = F^-T: F^-T_iL F^-T_kJ
-            a(i, m, k, l) = lambda*h(i, m)*h(k, l) + (g - lambda*log_j)*h(i, l)*h(k, m)
+            q%a(i, m, k, l) = q%lambda*h(i, m)*h(k, l) &
+              + (q%g - q%lambda*log_j)*h(i, l)*h(k, m)
           end do
         end do
-        a(k, l, k, l) = a(k, l, k, l) + g
+        q%a(k, l, k, l) = q%a(k, l, k, l) + q%g
       end do
     end do
   end subroutine neohooke_point
@@ -57,18 +59,18 @@ contains
   pure subroutine neohooke_points(lambda, g, h, p, energy, away, j, turning)
     real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
     real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: h(at_once, 3, 3) !! displacement gradients F - I
-    real(wp), intent(out) :: p(at_once, 3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: energy(at_once) !! W [force/length^2]
-    real(wp), intent(out) :: away(at_once, 3, 3) !! F^-T
-    real(wp), intent(out) :: j(at_once) !! det F
-    real(wp), intent(out) :: turning(at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
+    real(wp), intent(in) :: h(points_at_once, 3, 3) !! displacement gradients F - I
+    real(wp), intent(out) :: p(points_at_once, 3, 3) !! stress P_iJ [force/length^2]
+    real(wp), intent(out) :: energy(points_at_once) !! W [force/length^2]
+    real(wp), intent(out) :: away(points_at_once, 3, 3) !! F^-T
+    real(wp), intent(out) :: j(points_at_once) !! det F
+    real(wp), intent(out) :: turning(points_at_once) !! A_iJkL = lambda F^-T_iJ F^-T_kL
     !! + G d_ik d_JL + this F^-T_iL F^-T_kJ [force/length^2]
-    real(wp) :: growth(at_once), log_j(at_once), share(at_once)
+    real(wp) :: growth(points_at_once), log_j(points_at_once), share(points_at_once)
     real(wp) :: f(3, 3), a(3, 3), strain(3, 3)
     integer :: m, i, k
 
-    do m = 1, at_once
+    do m = 1, points_at_once
       do k = 1, 3
         do i = 1, 3
           f(i, k) = h(m, i, k)
@@ -94,12 +96,12 @@ contains
         end do
       end do
     end do
-    do m = 1, at_once
+    do m = 1, points_at_once
       share(m) = 1.0_wp
       if (j(m) > 0.0_wp) share(m) = 1.0_wp/j(m)
       log_j(m) = log_one_plus(max(growth(m), epsilon(1.0_wp) - 1.0_wp))
     end do
-    do m = 1, at_once
+    do m = 1, points_at_once
       do k = 1, 3
         do i = 1, 3
           a(i, k) = share(m)*away(m, i, k)

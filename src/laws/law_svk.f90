@@ -3,43 +3,43 @@
 !! S = lambda tr E I + 2 G E. It softens in compression: at a stretch of 1/sqrt(3) it gives way.
 module law_svk
   use kinds, only: wp
+  use law_types, only: bulk_law_t, bulk_point_t
   use deformation, only: green_strain
   implicit none
   private
-  public :: svk_point
+  public :: svk_law, svk_point
+
+  type(bulk_law_t), parameter :: svk_law = bulk_law_t('SVK', &
+    'Saint-Venant-Kirchhoff, finite strain', finite=.true.)
 
 contains
 
-  !> First Piola-Kirchhoff stress, its derivative and the energy of one point.
-  pure subroutine svk_point(lambda, g, gradient, p, energy, a)
-    real(wp), intent(in) :: lambda !! Lame's first constant [force/length^2]
-    real(wp), intent(in) :: g !! shear modulus [force/length^2]
-    real(wp), intent(in) :: gradient(3, 3) !! displacement gradient F - I
-    real(wp), intent(out) :: p(3, 3) !! stress P_iJ [force/length^2]
-    real(wp), intent(out) :: energy !! W [force/length^2]
-    real(wp), intent(out), optional :: a(3, 3, 3, 3) !! A_iJkL = dP_iJ/dF_kL [force/length^2]
+  !> Stress, energy and derivative of one point.
+  pure subroutine svk_point(slope, q)
+    logical, intent(in) :: slope !! the derivative is asked for
+    type(bulk_point_t), intent(inout) :: q !! gradient given; gets p, energy, a
     real(wp) :: f(3, 3), strain(3, 3), s(3, 3), b(3, 3), trace
     integer :: i, k, l
 
-    f = gradient
+    f = q%gradient
     do i = 1, 3
       f(i, i) = f(i, i) + 1.0_wp
     end do
-    strain = green_strain(gradient)
+    strain = green_strain(q%gradient)
     trace = strain(1, 1) + strain(2, 2) + strain(3, 3)
-    s = 2.0_wp*g*strain
+    s = 2.0_wp*q%g*strain
     do i = 1, 3
-      s(i, i) = s(i, i) + lambda*trace
+      s(i, i) = s(i, i) + q%lambda*trace
     end do
-    p = matmul(f, s)
-    energy = 0.5_wp*lambda*trace**2 + g*sum(strain**2)
-    if (.not. present(a)) return
+    q%p = matmul(f, s)
+    q%energy = 0.5_wp*q%lambda*trace**2 + q%g*sum(strain**2)
+    if (.not. slope) return
     b = matmul(f, transpose(f))
     do l = 1, 3
       do k = 1, 3
-        a(:, :, k, l) = lambda*f*f(k, l) + g*spread(f(:, l), 2, 3)*spread(f(k, :), 1, 3)
-        a(:, l, k, l) = a(:, l, k, l) + g*b(:, k)
-        a(k, :, k, l) = a(k, :, k, l) + s(:, l)
+        q%a(:, :, k, l) = q%lambda*f*f(k, l) + q%g*spread(f(:, l), 2, 3)*spread(f(k, :), 1, 3)
+        q%a(:, l, k, l) = q%a(:, l, k, l) + q%g*b(:, k)
+        q%a(k, :, k, l) = q%a(k, :, k, l) + s(:, l)
       end do
     end do
   end subroutine svk_point

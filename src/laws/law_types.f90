@@ -1,13 +1,16 @@
-!> How a law of friction declares itself. Reader, keyword table, `--help`, element, results and
-!! restart take from here what they need of it.
+!> How a law of friction or of the bulk declares itself. Reader, keyword table, `--help`, element,
+!! results and restart take from here what they need of it.
 module law_types
   use kinds, only: wp
   implicit none
   private
   public :: law_parameter_t, law_state_t, friction_law_t, cone_state_t, most_parameters
+  public :: bulk_law_t, bulk_point_t, bulk_point, most_point_state
 
   !> Most parameters of a law.
   integer, parameter :: most_parameters = 3
+  !> Most numbers that a point of the bulk remembers.
+  integer, parameter :: most_point_state = 16
 
   !> A parameter: how the deck calls it, what it is measured in, and what may stand for it.
   type :: law_parameter_t
@@ -44,4 +47,42 @@ module law_types
     real(wp) :: depth_path = 0.0_wp !! of the depth by the path
     real(wp) :: depth_rho = 1.0_wp !! of the depth by the penetration
   end type cone_state_t
+
+  !> A point of the bulk: what its law is given, and what it answers.
+  type :: bulk_point_t
+    real(wp) :: lambda = 0.0_wp !! Lame's first constant; 0 where the volumetric part is another's
+    !! [force/length^2]
+    real(wp) :: g = 0.0_wp !! shear modulus [force/length^2]
+    real(wp) :: own(most_parameters) = 0.0_wp !! the law's own parameters
+    real(wp) :: gradient(3, 3) = 0.0_wp !! displacement gradient F - I, det F > 0
+    real(wp) :: old(most_point_state) = 0.0_wp !! what it remembers of the last converged state
+    real(wp) :: new(most_point_state) = 0.0_wp !! the same at this gradient
+    real(wp) :: p(3, 3) = 0.0_wp !! first Piola-Kirchhoff stress P_iJ [force/length^2]
+    real(wp) :: energy = 0.0_wp !! W [force/length^2]
+    real(wp) :: a(3, 3, 3, 3) = 0.0_wp !! A_iJkL = dP_iJ/dF_kL, if asked for [force/length^2]
+  end type bulk_point_t
+
+  !> A law of the bulk. Where strain is small its p is the stress of the symmetric part of the
+  !! gradient.
+  type :: bulk_law_t
+    character(10) :: keyword = '' !! its word behind SOLId
+    character(40) :: words = '' !! what it is, for people
+    logical :: linear = .false. !! stress goes with displacements: there is no more to it than E, nu
+    logical :: finite = .false. !! of finite strain: the deformation gradient counts
+    logical :: may_mean = .false. !! its volumetric part may be that of the mean dilatation
+    integer :: count = 0 !! number of its parameters beside E and nu
+    type(law_parameter_t) :: parameters(most_parameters) = law_parameter_t() !! in the deck's order
+    integer :: n_state = 0 !! numbers that a point remembers
+    procedure(bulk_point), pointer, nopass :: point => null() !! its routine, unless linear
+  end type bulk_law_t
+
+  abstract interface
+    !> Stress, energy and state of a point, and the derivative of the stress if it is asked for.
+    pure subroutine bulk_point(slope, q)
+      import :: bulk_point_t
+      implicit none
+      logical, intent(in) :: slope !! the derivative is asked for
+      type(bulk_point_t), intent(inout) :: q !! gradient, old given; gets p, energy, new, a
+    end subroutine bulk_point
+  end interface
 end module law_types

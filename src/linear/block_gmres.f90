@@ -23,14 +23,14 @@ module block_gmres
   !> An image is made orthogonal to the others once more if it has lost more than this of itself.
   real(wp), parameter :: short = 0.1_wp
   !> An image is a combination of others if no more than this share of it is left beside them.
-  real(wp), parameter :: dependent = 1.0e-15_wp
+  real(wp), parameter :: dependent_image = 1.0e-15_wp
   !> A residual of this share of its right-hand side is none.
-  real(wp), parameter :: round_off = 1.0e-16_wp
+  real(wp), parameter :: vanished_residual = 1.0e-16_wp
   !> A residual is one of the next directions if what it has beside the others, over its floor, is
   !! at least this share of the largest residual over its own. What has less can wait.
   real(wp), parameter :: pressing = 1.0e-6_wp
   !> Squares whose root is exact; others may have lost what they are made of.
-  real(wp), parameter :: small = 1.0e-250_wp, large = 1.0e250_wp
+  real(wp), parameter :: least_square = 1.0e-250_wp, largest_square = 1.0e250_wp
 
 contains
 
@@ -51,7 +51,7 @@ contains
     iteration%n = 0
     iteration%left = b
     iteration%rest = lengths(b)
-    iteration%floor = max(floor, round_off*iteration%rest)
+    iteration%floor = max(floor, vanished_residual*iteration%rest)
     call choose_directions(iteration)
   end subroutine begin_block
 
@@ -147,7 +147,7 @@ contains
       share = norm_of(left)
       n = n + 1
       iteration%image(:, n) = 0.0_wp
-      if (share <= dependent*length) return
+      if (share <= dependent_image*length) return
       iteration%image(:, n) = left/share
       h(n, n) = share
     end associate
@@ -170,7 +170,7 @@ contains
     real(wp) :: norm
 
     norm = ddot(size(v), v, 1, v, 1)
-    if (norm > small .and. norm < large) then
+    if (norm > least_square .and. norm < largest_square) then
       norm = sqrt(norm)
     else
       norm = norm2(v)

@@ -26,7 +26,7 @@ module cholmod_solver
     'factorises symmetric matrices (no slip with friction)', 'CHOLMOD, a symmetric factor')
 
   integer(c_int), parameter :: system_a = 0, ordering_natural = 0, ordering_given = 1, &
-    ordering_metis = 3, always_supernodal = 2, use_lower = -1, real_values = 1, status_memory = -2
+    cholmod_metis = 3, always_supernodal = 2, use_lower = -1, real_values = 1, cholmod_memory = -2
   integer(c_size_t), parameter :: usual_columns(3) = [4_c_size_t, 16_c_size_t, 48_c_size_t]
 
   !> Equations of a node.
@@ -124,7 +124,7 @@ contains
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! one of the outcomes
 
-    call analyse_by(solver, a, merge(ordering_natural, ordering_metis, a%lower), c_null_ptr, &
+    call analyse_by(solver, a, merge(ordering_natural, cholmod_metis, a%lower), c_null_ptr, &
       costs, outcome)
   end subroutine analyse
 
@@ -319,7 +319,7 @@ contains
 
     outcome = solver_done
     if (solver%common%status < 0_c_int) outcome = solver_failed
-    if (solver%common%status == status_memory) outcome = solver_out_of_memory
+    if (solver%common%status == cholmod_memory) outcome = solver_out_of_memory
   end function outcome_of
 
   !> The permutation of the analysis, 0-based: place k holds the equation that is eliminated k-th.

@@ -16,14 +16,14 @@ module double_factor
   public :: factorise_lower
 
   !> Columns that are eliminated at once; of more the first half takes its product off the second.
-  integer, parameter :: few_columns = 24
+  integer, parameter :: columns_at_once = 24
   !> A square of so many rows is formed as a whole, though half of it counts.
   integer, parameter :: small_square = 64
   !> So many rows that follow each other are worth a product of their own.
-  integer, parameter :: long_run = 192
+  integer, parameter :: rows_in_a_run = 192
   !> Rows of a supernode are dealt with in so many parts at most, if its products and sums are more
   !! than this; a part has so many rows at least.
-  integer, parameter :: most_parts = 2, least_rows = 128
+  integer, parameter :: most_row_parts = 2, least_rows = 128
   real(wp), parameter :: shared_work = 1.0e7_wp
 
 contains
@@ -66,13 +66,13 @@ contains
     real(wp), intent(inout), contiguous :: x(:) !! gets the values
     logical, intent(out) :: definite !! no pivot was zero or negative
     type(waiting_t) :: waiting
-    integer :: place(size(a%node)), k, j, w, rows, part, parts(most_parts + 1), n
+    integer :: place(size(a%node)), k, j, w, rows, part, parts(most_row_parts + 1), n
     real(wp) :: done
     real(wp), allocatable :: update(:, :)
     integer(long) :: first, last
 
     call begin_waiting(nodes, size(place), waiting)
-    allocate (update(max(1_long, int(nodes%factor%maxcsize, long)), most_parts))
+    allocate (update(max(1_long, int(nodes%factor%maxcsize, long)), most_row_parts))
     definite = .true.
     done = 0.0_wp
     do k = 1, int(nodes%factor%nsuper)
@@ -231,7 +231,7 @@ contains
         if (to(run + 1) /= to(run) + 1) exit
         run = run + 1
       end do
-      in_place = run - i + 1 >= long_run .or. run - i + 1 == size(to)
+      in_place = run - i + 1 >= rows_in_a_run .or. run - i + 1 == size(to)
       if (in_place) exit
       i = run + 1
     end do
@@ -300,7 +300,7 @@ contains
     logical, intent(out) :: definite !! no pivot was zero or negative
     integer :: half, info
 
-    if (w <= few_columns) then
+    if (w <= columns_at_once) then
       call dpotrf('L', w, x, in_x, info)
       definite = info == 0
       return
@@ -324,7 +324,7 @@ contains
     real(wp), intent(inout) :: b(in_x, *) !! in: B; out: X
     integer :: half
 
-    if (w <= few_columns) then
+    if (w <= columns_at_once) then
       call dtrsm('R', 'L', 'T', 'N', rows, w, 1.0_wp, l, in_x, b, in_x)
       return
     end if
@@ -339,6 +339,6 @@ contains
   pure integer function half_of(w) result(half)
     integer, intent(in) :: w !! columns
 
-    half = (w/2 + few_columns - 1)/few_columns*few_columns
+    half = (w/2 + columns_at_once - 1)/columns_at_once*columns_at_once
   end function half_of
 end module double_factor

@@ -36,7 +36,7 @@ module linear_solver
     'REDUced, one symmetric factor a body and dense systems of the contact forces')]
 
   !> From this size on a factor is worth several threads of the BLAS [byte].
-  real(wp), parameter :: large_factor = 5.0e7_wp
+  real(wp), parameter :: bytes_for_threads = 5.0e7_wp
 
   !> One back end, started when it is first needed.
   type :: engine_t
@@ -200,7 +200,7 @@ contains
     real(wp), intent(in) :: bytes !! size of the factor [byte]
 
     n = 1
-    if (bytes > large_factor) n = count_threads()
+    if (bytes > bytes_for_threads) n = count_threads()
   end function threads_for
 
   !> Compares the memory of a coming factor with what is left, and with what an earlier factor had.

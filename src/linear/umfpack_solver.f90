@@ -18,12 +18,12 @@ module umfpack_solver
 
   ! Places in Control, and their values: umfpack.h
   integer, parameter :: control_strategy = 5, control_refinement = 7, control_ordering = 10
-  real(wp), parameter :: strategy_symmetric = 3.0_wp, ordering_metis = 3.0_wp
+  real(wp), parameter :: strategy_symmetric = 3.0_wp, umfpack_metis = 3.0_wp
   ! Places in Info
   integer, parameter :: info_symmetric_entries = 36
   !> Peak of a factorisation over the values of the factor: work space, and their numbers.
   real(wp), parameter :: peak_share = 1.2_wp
-  integer(long), parameter :: status_ok = 0, status_singular = 1, status_memory = -1
+  integer(long), parameter :: status_ok = 0, status_singular = 1, umfpack_memory = -1
   integer(long), parameter :: system_a = 0
 
   !> Handles and settings of one factorisation.
@@ -54,7 +54,7 @@ contains
 
     call umfpack_dl_defaults(solver%control)
     solver%control(control_strategy) = strategy_symmetric
-    solver%control(control_ordering) = ordering_metis
+    solver%control(control_ordering) = umfpack_metis
     solver%control(control_refinement) = 0.0_wp
     solver%ready = .true.
   end subroutine prepare
@@ -169,7 +169,7 @@ contains
       outcome = solver_done
     case (status_singular)
       outcome = solver_singular
-    case (status_memory)
+    case (umfpack_memory)
       outcome = solver_out_of_memory
     case default
       outcome = solver_failed

@@ -16,7 +16,7 @@ module curved_checks
   !> Folded elements of one data set that are reported one by one.
   integer, parameter :: most_errors = 5
   !> Jacobians below this share of the largest at a corner are none.
-  real(wp), parameter :: nothing = 1.0e-12_wp
+  real(wp), parameter :: no_jacobian = 1.0e-12_wp
 
 contains
 
@@ -38,7 +38,7 @@ contains
       s = origin%set(e)
       call jacobian_bounds(mesh%x(:, mesh%ix(:, e)), at_corners, least)
       corner = minloc(at_corners, 1)
-      if (at_corners(corner) <= nothing*maxval(abs(at_corners))) then
+      if (at_corners(corner) <= no_jacobian*maxval(abs(at_corners))) then
         folded(s) = folded(s) + 1
         if (folded(s) <= most_errors) call report_error(diagnostics, deck%mesh(s)%head%at, &
           'element '//to_text(e)//' of ten nodes is folded at its corner '// &

@@ -16,9 +16,9 @@ module edge_checks
   !> Wrong edges that are reported one by one.
   integer, parameter :: most_errors = 5
   !> Middles of one edge that are nearer to each other than this share of it lie in one place.
-  real(wp), parameter :: same_place = 1.0e-6_wp
+  real(wp), parameter :: same_middle = 1.0e-6_wp
   !> What a list of edges has in its rows: their corners, the middle, the element.
-  integer, parameter :: low = 1, high = 2, middle = 3, owner = 4
+  integer, parameter :: low = 1, high = 2, middle_node = 3, owner = 4
 
 contains
 
@@ -36,7 +36,7 @@ contains
     call list_edges(mesh, edge, corner_of)
     if (size(edge, 2) == 0) return
     call sort_columns(edge([low, high], :), by_corners)
-    call sort_columns(edge([middle, low, high], :), by_middle)
+    call sort_columns(edge([middle_node, low, high], :), by_middle)
     wrong = 0
     do i = 1, size(edge, 2)
       what = ''
@@ -46,9 +46,9 @@ contains
       if (i > 1) what = two_edges(edge(:, by_middle(i - 1)), edge(:, by_middle(i)))
       call tell(edge(owner, by_middle(i)))
       what = ''
-      if (corner_of(edge(middle, i)) > 0) what = 'node '//to_text(edge(middle, i))// &
+      if (corner_of(edge(middle_node, i)) > 0) what = 'node '//to_text(edge(middle_node, i))// &
         ' is in the middle of an edge of element '//to_text(edge(owner, i))// &
-        ' and a corner of element '//to_text(corner_of(edge(middle, i)))
+        ' and a corner of element '//to_text(corner_of(edge(middle_node, i)))
       call tell(edge(owner, i))
     end do
 
@@ -96,12 +96,13 @@ contains
     character(:), allocatable :: what
 
     what = ''
-    if (any(a([low, high]) /= b([low, high])) .or. a(middle) == b(middle)) return
-    if (norm2(mesh%x(:, a(middle)) - mesh%x(:, b(middle))) <= same_place* &
+    if (any(a([low, high]) /= b([low, high])) .or. a(middle_node) == b(middle_node)) return
+    if (norm2(mesh%x(:, a(middle_node)) - mesh%x(:, b(middle_node))) <= same_middle* &
       norm2(mesh%x(:, a(low)) - mesh%x(:, a(high)))) return
     what = 'elements '//to_text(a(owner))//' and '//to_text(b(owner))// &
       ' share the edge of nodes '//to_text(a(low))//' and '//to_text(a(high))// &
-      ', but not the node in its middle: '//to_text(a(middle))//' and '//to_text(b(middle))
+      ', but not the node in its middle: '//to_text(a(middle_node))//' and '// &
+        to_text(b(middle_node))
   end function two_middles
 
   !> What is wrong with two neighbours in a list ordered by middles; empty if nothing is.
@@ -110,8 +111,8 @@ contains
     character(:), allocatable :: what
 
     what = ''
-    if (a(middle) /= b(middle) .or. all(a([low, high]) == b([low, high]))) return
-    what = 'node '//to_text(a(middle))//' is in the middle of two edges: that of nodes '// &
+    if (a(middle_node) /= b(middle_node) .or. all(a([low, high]) == b([low, high]))) return
+    what = 'node '//to_text(a(middle_node))//' is in the middle of two edges: that of nodes '// &
       to_text(a(low))//' and '//to_text(a(high))//' of element '//to_text(a(owner))// &
       ', and that of nodes '//to_text(b(low))//' and '//to_text(b(high))//' of element '// &
       to_text(b(owner))

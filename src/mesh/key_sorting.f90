@@ -5,7 +5,7 @@ module key_sorting
   public :: sort_columns, comes_before, ascending, unique_numbers
 
   !> So many columns with the same first key are sorted among each other.
-  integer, parameter :: few_columns = 64
+  integer, parameter :: columns_of_one_key = 64
 
 contains
 
@@ -22,7 +22,8 @@ contains
     if (size(order) == 0) return
     allocate (end_of(0:maxval(keys) + 1))
     call distribute(keys, 1, end_of, order)
-    if (max(end_of(0), maxval(end_of(1:) - end_of(:ubound(end_of, 1) - 1))) > few_columns) then
+    if (max(end_of(0), maxval(end_of(1:) - end_of(:ubound(end_of, 1) - 1))) &
+      > columns_of_one_key) then
       do row = size(keys, 1), 1, -1
         call distribute(keys, row, end_of, order)
       end do

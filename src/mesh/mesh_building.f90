@@ -10,20 +10,20 @@ module mesh_building
   public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, &
     place_node, place_element, finish_mesh, model_size, model_box, axis_tolerance, &
     place_tolerance, miss_tolerance, set_roundings
-  public :: own_nodes, max_nodes, max_elements, max_coordinate
+  public :: own_nodes, most_mesh_nodes, max_elements, max_coordinate
 
   !> Most nodes and elements; what goes beyond is taken for a slip of the pen.
-  integer, parameter :: max_nodes = 10000000
+  integer, parameter :: most_mesh_nodes = 10000000
   integer, parameter :: max_elements = 40000000
   !> Largest coordinate: its cube is still a number.
   real(wp), parameter :: max_coordinate = 1.0e100_wp
   !> Coordinates that differ by less than this part of their size are the same.
-  real(wp), parameter :: same_place = 1.0e-10_wp
+  real(wp), parameter :: coordinate_digits = 1.0e-10_wp
   !> Nodes closer to a plane, or to each other, than this part of the model's size are on it.
   real(wp), parameter :: default_tolerance = 1.0e-8_wp
   !> Nodes closer than this part of the shortest edge to what is chosen lie just beside it: no mesh
   !! has a layer of elements so thin beside elements so long.
-  real(wp), parameter :: beside = 0.01_wp
+  real(wp), parameter :: thin_layer_ratio = 0.01_wp
 
   !> The record of the deck that each element comes from, for error messages.
   type :: element_origin_t
@@ -57,14 +57,14 @@ contains
     type(error_t), allocatable, intent(out) :: error !! too many, or no memory
     integer :: room, status
 
-    if (n > max_nodes) then
+    if (n > most_mesh_nodes) then
       call raise(error, exit_deck, 'node '//to_text(n)//' is beyond the largest node number, '// &
-        to_text(max_nodes))
+        to_text(most_mesh_nodes))
       return
     end if
     mesh%nodes = max(mesh%nodes, n)
     if (n <= size(mesh%defined)) return
-    room = min(max_nodes, max(n, 2*size(mesh%defined)))
+    room = min(most_mesh_nodes, max(n, 2*size(mesh%defined)))
     call resize_nodes(mesh, room, status)
     if (status /= 0) call raise(error, exit_resources, 'no memory for '//to_text(n)//' nodes')
   end subroutine reserve_nodes
@@ -101,7 +101,7 @@ contains
     y = matmul(mesh%turn, x) + mesh%shift
     if (mesh%defined(n)) then
       apart = norm2(y - mesh%x(:, n))
-      if (apart <= same_place*max(maxval(abs(y)), maxval(abs(mesh%x(:, n))))) apart = 0.0_wp
+      if (apart <= coordinate_digits*max(maxval(abs(y)), maxval(abs(mesh%x(:, n))))) apart = 0.0_wp
     else
       mesh%x(:, n) = y
       mesh%defined(n) = .true.
@@ -189,7 +189,7 @@ contains
       end do
     end do
     do a = 1, mesh%nodes
-      mesh%rough(:, a) = min(mesh%rough(:, a), beside*mesh%spacing(a))
+      mesh%rough(:, a) = min(mesh%rough(:, a), thin_layer_ratio*mesh%spacing(a))
     end do
   end subroutine limit_roundings
 
@@ -219,7 +219,8 @@ contains
 
     tolerance = 0.0_wp
     if (allocated(mesh%spacing)) then
-      where (mesh%spacing(:mesh%nodes) < huge(1.0_wp)) tolerance = beside*mesh%spacing(:mesh%nodes)
+      where (mesh%spacing(:mesh%nodes) < huge(1.0_wp)) tolerance &
+        = thin_layer_ratio*mesh%spacing(:mesh%nodes)
     end if
   end function miss_tolerance
 

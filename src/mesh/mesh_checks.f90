@@ -15,7 +15,7 @@ module mesh_checks
   public :: check_elements, check_numbers
 
   !> Wrong elements of one data set that are reported one by one.
-  integer, parameter :: most_errors = 10
+  integer, parameter :: most_wrong_elements = 10
 
 contains
 
@@ -40,7 +40,8 @@ contains
       if (.not. complete) then
         if (any([(node_missing(mesh, mesh%ix(k, e)), k=1, nodes_of(mesh%ix(:, e)))])) cycle
       end if
-      call check_element(deck, origin, e, wrong(s) < most_errors, diagnostics, mesh, good, left)
+      call check_element(deck, origin, e, wrong(s) < most_wrong_elements, diagnostics, mesh, &
+        good, left)
       if (.not. good) wrong(s) = wrong(s) + 1
       if (.not. left) cycle
       mesh%ix(:, e) = mirrored(mesh%ix(:, e))
@@ -48,7 +49,8 @@ contains
       if (turned(s) == 1) first(s) = e
     end do
     do i = 1, size(deck%mesh)
-      if (wrong(i) > most_errors) call report_error(diagnostics, deck%mesh(i)%head%at, 'as '// &
+      if (wrong(i) > most_wrong_elements) call report_error(diagnostics, deck%mesh(i)%head%at, &
+        'as '// &
         'many as '//count_noun(wrong(i), 'element')//' of this data set are wrong', &
         'see the first of them')
       if (turned(i) == 1) call report_note(diagnostics, deck%mesh(i)%head%at, &

@@ -24,7 +24,7 @@ module rigid_surfaces
   integer, parameter :: even_rows = 12, growing_rows = 6
   real(wp), parameter :: row_size = 0.125_wp
   !> Facets around a cylinder, and how often those of an icosahedron are cut into four.
-  integer, parameter :: around = 48, cuts = 2
+  integer, parameter :: facets_around = 48, cuts = 2
 
   !> A surface while it is made.
   type :: draft_t
@@ -195,17 +195,17 @@ contains
     call cross_axes(axis, e)
     foot = point + dot_product(middle - point, axis)*axis
     places = rows(size_of_model)
-    draft%nodes = around*size(places)
+    draft%nodes = facets_around*size(places)
     allocate (draft%x(3, draft%nodes), draft%inner(3, draft%nodes))
     do j = 1, size(places)
-      do i = 1, around
-        n = around*(j - 1) + i
-        angle = 2.0_wp*pi*real(i - 1, wp)/real(around, wp)
+      do i = 1, facets_around
+        n = facets_around*(j - 1) + i
+        angle = 2.0_wp*pi*real(i - 1, wp)/real(facets_around, wp)
         draft%inner(:, n) = foot + places(j)*axis
         draft%x(:, n) = draft%inner(:, n) + abs(radius)*matmul(e, [cos(angle), sin(angle)])
       end do
     end do
-    draft%facets = grid(around, size(places), .true.)
+    draft%facets = grid(facets_around, size(places), .true.)
     if (radius < 0.0_wp) draft%facets = draft%facets([2, 1, 3], :)
   end subroutine make_cylinder
 

@@ -16,7 +16,7 @@ module behind_checks
   public :: check_behind
 
   !> Two facets look at each other if the cosine of their normals is below (120 degrees).
-  real(wp), parameter :: facing = -0.5_wp
+  real(wp), parameter :: facing_away_cosine = -0.5_wp
 
 contains
 
@@ -78,7 +78,7 @@ contains
         if (pair%surface%body(f) == slave%body(i)) cycle
       end if
       associate (corner => x(:, pair%surface%facets(:, f)))
-        if (dot_product(slave%normal(:, i), facet_normal(corner)) > facing) cycle
+        if (dot_product(slave%normal(:, i), facet_normal(corner)) > facing_away_cosine) cycle
         call project_on_facet(corner, slave%x(:, i), xi, gap)
       end associate
       depth = reach

@@ -16,7 +16,7 @@ module consistent_loads
   !> Volume coordinates and shares of the rule of 14 points, degree 5, exact for N_a times the
   !! Jacobian of ten nodes: two times four points near corners and facets, six near edges.
   real(wp), parameter :: l_near(2) = [0.31088591926330060980_wp, 0.092735250310891226402_wp]
-  real(wp), parameter :: near_share(2) = [0.11268792571801585080_wp, 0.073493043116361949544_wp]
+  real(wp), parameter :: near_weight(2) = [0.11268792571801585080_wp, 0.073493043116361949544_wp]
   real(wp), parameter :: l_edge = 0.045503704125649649492_wp
   real(wp), parameter :: edge_share = 0.042546020777081466438_wp
 
@@ -98,7 +98,7 @@ contains
       do j = 1, 2
         l = l_near(j)
         l(i) = 1.0_wp - 3.0_wp*l_near(j)
-        call add_point(x, l, near_share(j), volumes)
+        call add_point(x, l, near_weight(j), volumes)
       end do
       do j = 1, i - 1
         l = l_edge

@@ -27,13 +27,13 @@ module facet_depths
   real(wp), parameter :: starts(3, n_rays) = reshape([1.0_wp, 1.0_wp, 1.0_wp, 2.5_wp, 0.25_wp, &
     0.25_wp, 0.25_wp, 2.5_wp, 0.25_wp, 0.25_wp, 0.25_wp, 2.5_wp]/3.0_wp, [3, n_rays])
   !> A ray that passes an edge by less, in shape functions, meets the facet.
-  real(wp), parameter :: beside = 1.0e-6_wp
+  real(wp), parameter :: edge_slack = 1.0e-6_wp
   !> Of the thickness; the rest is for a body that is squeezed while its own back lies that deep.
   real(wp), parameter :: share = 0.9_wp
   !> A ray leaves through a facet if the cosine with its normal is larger; else it runs along it.
-  real(wp), parameter :: along = 1.0e-6_wp
+  real(wp), parameter :: least_leaving_cosine = 1.0e-6_wp
   !> What is nearer than this share of a ray is the facet itself.
-  real(wp), parameter :: at_start = 1.0e-9_wp
+  real(wp), parameter :: own_facet_share = 1.0e-9_wp
   !> Multiplications and additions for a facet, at least.
   real(wp), parameter :: of_facet = 1000.0_wp
 
@@ -132,15 +132,15 @@ contains
     b = x3 - x1
     normal = cross(a, b)
     volume = dot_product(ray, normal)
-    if (volume <= along*norm2(ray)*norm2(normal)) return
+    if (volume <= least_leaving_cosine*norm2(ray)*norm2(normal)) return
     do r = 1, n_rays
       away = start(:, r) - x1
       q = cross(ray, away)
       xi = dot_product(b, q)/volume
       eta = -dot_product(a, q)/volume
-      if (min(xi, eta, 1.0_wp - xi - eta) < -beside) cycle
+      if (min(xi, eta, 1.0_wp - xi - eta) < -edge_slack) cycle
       s = -dot_product(away, normal)/volume
-      if (s > at_start) first(r) = min(first(r), s)
+      if (s > own_facet_share) first(r) = min(first(r), s)
     end do
   end subroutine shorten
 end module facet_depths

@@ -14,8 +14,8 @@ module gap_adjustment
 
   !> The tolerance that is taken if none is given is the sag of the facets on both sides, but at
   !! least and at most these shares of the slave's facets around the node.
-  real(wp), parameter :: least_share = 1.0e-3_wp
-  real(wp), parameter :: most_share = 0.05_wp
+  real(wp), parameter :: least_gap_share = 1.0e-3_wp
+  real(wp), parameter :: most_gap_share = 0.05_wp
   !> A node lies on the facet if its distance is below this share of the longest edge.
   real(wp), parameter :: on_surface = 1.0e-12_wp
   !> A projection outside the rim by more than this, in shape functions, is not over the master.
@@ -133,7 +133,8 @@ contains
     real(wp), intent(in) :: tolerance !! as the deck has it, 0 for the default [length]
 
     allowed = tolerance
-    if (tolerance <= 0.0_wp) allowed = min(max(at(1) + sag, least_share*at(2)), most_share*at(2))
+    if (tolerance <= 0.0_wp) allowed &
+      = min(max(at(1) + sag, least_gap_share*at(2)), most_gap_share*at(2))
   end function allowed
 
   !> Number and longest way of the nodes that have moved.

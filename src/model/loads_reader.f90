@@ -13,7 +13,7 @@ module loads_reader
   public :: read_loads, add_lost_tables
 
   !> Tables that may be those of a PROPortional that was refused have numbers up to this.
-  integer, parameter :: most_lost = 100
+  integer, parameter :: most_refused_tables = 100
 
 contains
 
@@ -50,7 +50,7 @@ contains
     if (.not. is_lost(deck, 'prop')) return
     table%t = [0.0_wp]
     table%p = [0.0_wp]
-    do n = 1, most_lost
+    do n = 1, most_refused_tables
       if (has_load(model%tables, n)) cycle
       table%number = n
       call append_table(table, model%tables)

@@ -110,11 +110,13 @@ contains
     type(record_t), intent(in) :: record !! the record
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     type(material_t), intent(inout) :: material !! gets law, mean
-    integer :: k, law
+    integer :: k, law, i
 
     do k = 2, item_count(record)
       do law = 1, size(laws)
-        if (is_word(record%items(k), trim(laws(law)%keyword))) material%law = law
+        if (.not. is_word(record%items(k), trim(laws(law)%keyword))) cycle
+        material%law = law
+        material%own(:laws(law)%count) = [(item_real(record, k + i), i=1, laws(law)%count)]
       end do
       material%mean = material%mean .or. is_word(record%items(k), 'mean')
       material%nodal = material%nodal .or. is_word(record%items(k), 'nodal')

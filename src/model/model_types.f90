@@ -6,6 +6,7 @@ module model_types
   use text, only: string_t
   use mesh_types, only: mesh_t
   use bulk_laws, only: linear
+  use law_types, only: most_parameters
   use contact_types, only: pair_t
   implicit none
   private
@@ -33,6 +34,7 @@ module model_types
     logical :: mean_asked = .false. !! the deck says whether, or FULL
     real(wp) :: youngs_modulus = 0.0_wp !! E
     real(wp) :: poissons_ratio = 0.0_wp !! nu
+    real(wp) :: own(most_parameters) = 0.0_wp !! the law's own parameters
     real(wp) :: density = 0.0_wp !! rho
     logical :: has_density = .false. !! the deck gives it
     logical :: rigid = .false. !! its regions have no degrees of freedom of their own

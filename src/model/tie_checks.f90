@@ -16,7 +16,7 @@ module tie_checks
 
   !> Two facets lie on each other if the cosine of their normals is below this (8 degrees: those
   !! of a curved face cut in different ways differ).
-  real(wp), parameter :: opposite = -0.99_wp
+  real(wp), parameter :: opposite_faces = -0.99_wp
   !> A corner lies on a facet if the point of its own facet this share of the way to its middle
   !! does: faces that meet at an edge alone do not.
   real(wp), parameter :: inwards = 0.1_wp
@@ -25,7 +25,7 @@ module tie_checks
   !! have cut in their own way.
   real(wp), parameter :: apart = 0.02_wp
   !> Facets that are looked at beside a corner.
-  integer, parameter :: most_near = 200
+  integer, parameter :: most_facets_beside = 200
 
 contains
 
@@ -76,7 +76,7 @@ contains
     type(facet_tree_t), intent(in) :: tree !! over them
     integer, intent(in) :: f !! the facet
     integer, intent(in) :: k !! its corner
-    integer :: near(most_near), n, i
+    integer :: near(most_facets_beside), n, i
     real(wp) :: corner(3, 3), y(3), xi(2), gap, size_of
 
     corner = model%mesh%x(:, exterior%corners(:, f))
@@ -89,7 +89,7 @@ contains
         if (near(i) == f .or. any(other == exterior%corners(k, f))) cycle
         if (.not. all(model%mesh%to_tie(other))) cycle
         associate (x => model%mesh%x(:, other))
-          if (dot_product(facet_normal(x), facet_normal(corner)) > opposite) cycle
+          if (dot_product(facet_normal(x), facet_normal(corner)) > opposite_faces) cycle
           call project_on_facet(x, y, xi, gap)
         end associate
         if (minval(barycentric(xi)) < 0.0_wp .or. abs(gap) > apart*size_of) cycle

@@ -20,10 +20,10 @@ module tool_sides
 
   !> Two faces look at each other if the cosine between what one looks along and what it sees is
   !! larger (60 degrees).
-  real(wp), parameter :: facing = 0.5_wp
+  real(wp), parameter :: same_way_cosine = 0.5_wp
   !> A slave facet may lie behind a tool by this share of the height of its element, so that a back
   !! of a body one element thick is not taken for its front.
-  real(wp), parameter :: overlap = 0.5_wp
+  real(wp), parameter :: overlap_share = 0.5_wp
   !> A side has the slave if at most this share of what sees the tool is on the other: round-off and
   !! rims make less, a slave on both sides more.
   real(wp), parameter :: stray = 0.05_wp
@@ -171,11 +171,11 @@ contains
           normal = facet_normal(x(:, facets(:, f)))
           along = dot_product(closest_point(x(:, facets(:, f)), slave%x(:, i)) - slave%x(:, i), &
             slave%normal(:, i))
-          if (distance > overlap*slave%height(i) .and. along < facing*distance) cycle
+          if (distance > overlap_share*slave%height(i) .and. along < same_way_cosine*distance) cycle
           cosine = dot_product(slave%normal(:, i), normal)
           associate (seen => part(parts%of(f)))
-            if (cosine < -facing) seen%front = seen%front + slave%area(i)
-            if (cosine > facing) seen%back = seen%back + slave%area(i)
+            if (cosine < -same_way_cosine) seen%front = seen%front + slave%area(i)
+            if (cosine > same_way_cosine) seen%back = seen%back + slave%area(i)
           end associate
         end do
       end associate
@@ -355,7 +355,7 @@ contains
       part%behind = part%behind + behind/real(size(slaves), wp)
     end do
     part%turn = part%behind > part%ahead
-    if (max(part%ahead, part%behind) >= facing .and. &
+    if (max(part%ahead, part%behind) >= same_way_cosine .and. &
       min(part%ahead, part%behind) <= stray*(part%ahead + part%behind)) return
     part%turn = .false.
     if (all(parts%turned(part%list) .eqv. parts%turned(part%list(1)))) then

@@ -116,11 +116,11 @@ contains
   !> A real with 32 bits, as a word; what is beyond its range becomes the largest.
   elemental integer(int32) function single_word(x) result(word)
     real(wp), intent(in) :: x !! the real
-    real(wp), parameter :: largest = real(huge(1.0_real32), wp)
+    real(wp), parameter :: largest_single = real(huge(1.0_real32), wp)
     real(wp) :: y
 
     y = x
-    if (.not. ieee_is_nan(x)) y = sign(min(abs(x), largest), x)
+    if (.not. ieee_is_nan(x)) y = sign(min(abs(x), largest_single), x)
     word = transfer(real(y, real32), word)
   end function single_word
 

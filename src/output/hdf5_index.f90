@@ -25,7 +25,7 @@ module hdf5_index
   integer, parameter :: chunk_least = 64
   !> Blocks of end times in a chunk, at most: the list of chunks, written with each new one, and the
   !! calls that write it are then a small part of what an end time costs.
-  integer, parameter :: most_blocks = 64
+  integer, parameter :: blocks_held = 64
 
 contains
 
@@ -58,7 +58,7 @@ contains
     integer, intent(in) :: blocks !! that will come, foreseen
     integer :: chunks
 
-    n = max(1, min(most_blocks, chunk_limit/numbers))
+    n = max(1, min(blocks_held, chunk_limit/numbers))
     chunks = (max(1, blocks) + n - 1)/n
     n = (max(1, blocks) + chunks - 1)/chunks
   end function blocks_in_chunk

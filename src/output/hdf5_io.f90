@@ -176,7 +176,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! the file; what it has been promised
     type(c_ptr), intent(in) :: stream !! the same, open for writing
     integer(c_long), intent(in) :: length !! its length [byte]
-    integer(c_long), parameter :: places(0:1) = [40_c_long, 44_c_long]
+    integer(c_long), parameter :: address_places(0:1) = [40_c_long, 44_c_long]
     integer, parameter :: version_at = 9, width_at = 14, most_top = 2
     character(kind=c_char) :: head(52)
     integer(c_long) :: done, old, new
@@ -186,11 +186,11 @@ contains
     done = c_pread(c_fileno(stream), head, size(head, kind=c_size_t), 0_c_long)
     if (done < size(head)) return
     version = iachar(head(version_at))
-    if (version > ubound(places, 1) .or. iachar(head(width_at)) /= 8) return
-    old = transfer(head(places(version) + 1:places(version) + 8), old)
+    if (version > ubound(address_places, 1) .or. iachar(head(width_at)) /= 8) return
+    old = transfer(head(address_places(version) + 1:address_places(version) + 8), old)
     top = int(bit_size(old) - 1 - leadz(ieor(old, length)))/8
     if (length <= old .or. top > most_top) then
-      done = c_pwrite(c_fileno(stream), bytes_of(length), 8_c_size_t, places(version))
+      done = c_pwrite(c_fileno(stream), bytes_of(length), 8_c_size_t, address_places(version))
       return
     end if
     new = ior(length, maskr(8*top, c_long))
@@ -198,7 +198,7 @@ contains
     file%promised = new
     do i = top, 0, -1
       associate (byte => bytes_of(new))
-        done = c_pwrite(c_fileno(stream), byte(i + 1:), 1_c_size_t, places(version) + i)
+        done = c_pwrite(c_fileno(stream), byte(i + 1:), 1_c_size_t, address_places(version) + i)
       end associate
     end do
   end subroutine promise_length

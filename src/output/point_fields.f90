@@ -42,7 +42,7 @@ module point_fields
   integer, parameter :: part_always = 0 !! always
   integer, parameter :: part_offset = 1 !! with `SHRInk` or `SMOOth`
   integer, parameter :: part_lift = 2 !! `GTOS` with `SMOOth`
-  integer, parameter :: part_multiplier = 3 !! with `AUGMent`
+  integer, parameter :: part_point_multiplier = 3 !! with `AUGMent`
 
   !> What is written of each point at each end time.
   type(field_t), parameter :: contact_fields(*) = [ &
@@ -76,7 +76,8 @@ module point_fields
     field_t('lift', stored_real, 1, over_points, 'length', &
     'height of the point over its flat slave facet', part_lift), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
-    'force on the master without a gap, along a1, e x a1 and e of the facet', part_multiplier)]
+    'force on the master without a gap, along a1, e x a1 and e of the facet', &
+    part_point_multiplier)]
 
 contains
 
@@ -90,7 +91,7 @@ contains
       written = has_offset(pair)
     case (part_lift)
       written = has_lift(pair)
-    case (part_multiplier)
+    case (part_point_multiplier)
       written = pair%augmented
     case default
       written = .true.

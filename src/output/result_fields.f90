@@ -7,11 +7,11 @@ module result_fields
   implicit none
   private
   public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes
+    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
-  !! after parameter, and those nodes once.
+  !! after parameter, and those nodes once; what the points of the bulk remember.
   integer, parameter :: over_one = 0
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
@@ -19,6 +19,7 @@ module result_fields
   integer, parameter :: over_apex_slopes = 4
   integer, parameter :: over_node_slopes = 5
   integer, parameter :: over_contact_nodes = 6
+  integer, parameter :: over_memory = 7
 
   !> A field: a data set with one entry for each end time.
   type :: field_t
@@ -36,7 +37,7 @@ contains
   !> Dimensions of an entry.
   pure function field_shape(field, counts) result(dims)
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (6) how many of each there are
+    integer, intent(in) :: counts(:) !! (7) how many of each there are
     integer, allocatable :: dims(:)
 
     dims = [integer ::]
@@ -49,7 +50,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! its group, with a slash at its end
     type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: counts(:) !! (6) how many of each there are
+    integer, intent(in) :: counts(:) !! (7) how many of each there are
     integer, intent(in) :: blocks !! entries in a chunk
     type(error_t), allocatable, intent(out) :: error !! file trouble
 

@@ -95,6 +95,7 @@ module result_types
     real(wp), allocatable :: displacement(:, :) !! (3, nodes) [length]
     real(wp), allocatable :: reaction(:, :) !! (3, nodes) force of the supports [force]
     real(wp), allocatable :: rigid(:, :) !! (6, rigid bodies) free motions [length, radian]
+    real(wp), allocatable :: memory(:) !! what the points of the bulk remember, if a law asks
     type(pair_history_t), allocatable :: pairs(:) !! contact history of each pair
     ! The state before, from which first touches are foreseen
     real(wp) :: span_before = 0.0_wp !! length of the last increment, 0 if not known [time]

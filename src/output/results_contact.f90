@@ -1,6 +1,7 @@
 !> The file of the contact surfaces (.contact.vtkhdf): both sides of each pair with what contact
 !! does to them, for ParaView and PyVista.
 module results_contact
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
   use contact_types, only: form_quadrature_to_surface
@@ -21,8 +22,6 @@ module results_contact
   implicit none
   private
   public :: contact_file_t, create_contact_file, append_contact_frame, close_contact_file
-
-  integer, parameter :: long = selected_int_kind(18)
 
   !> One field of the file.
   type :: column_t
@@ -88,7 +87,7 @@ contains
     call create_hdf5(contact%file, path//unfinished, error, node_chunks(1 + end_times/n))
     if (allocated(error)) return
     contact%file%blocks = n
-    call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=long), &
+    call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=int64), &
       error)
     if (.not. allocated(error)) call write_beginning(contact, model, error)
     if (.not. allocated(error)) call begin_indexes(contact%file, error)
@@ -143,11 +142,11 @@ contains
   end function n_cells
 
   !> What the fields of one end time need [byte].
-  pure integer(long) function bytes_of_frame(contact) result(bytes)
+  pure integer(int64) function bytes_of_frame(contact) result(bytes)
     type(contact_file_t), intent(in) :: contact !! the file
 
-    bytes = 8*(n_columns + 3)*size(contact%nodes, kind=long) &
-      + 8*n_columns*int(n_cells(contact) + 1, long)
+    bytes = 8*(n_columns + 3)*size(contact%nodes, kind=int64) &
+      + 8*n_columns*int(n_cells(contact) + 1, int64)
   end function bytes_of_frame
 
   !> Writes points and cells.

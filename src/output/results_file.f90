@@ -4,6 +4,7 @@
 !! /VTKHDF fields for ParaView; /history tables; /audit; /contact points; /state restart; /run
 !! the deck.
 module results_file
+  use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
   use costs, only: cost_t, cost_names, n_costs
@@ -32,18 +33,17 @@ module results_file
   public :: results_t, create_results, append_results, append_picture, close_results, fields_due, &
     begin_variants, append_variant_row
 
-  integer, parameter :: long = selected_int_kind(18)
   !> What the rows of one end time need at most [byte].
-  integer(long), parameter :: bytes_of_rows = 65536_long
+  integer(int64), parameter :: bytes_of_rows = 65536_int64
   !> And each of their derivatives.
-  integer(long), parameter :: bytes_of_derivative = 160_long
+  integer(int64), parameter :: bytes_of_derivative = 160_int64
 
   !> A results file open for writing.
   type :: results_t
     type(hdf5_file_t) :: file !! the HDF5 file
     type(vtk_part_t) :: vtk !! what stands in /VTKHDF
     integer :: states = 0 !! states written
-    integer(long) :: bytes = 0_long !! what fields and state of one end time need at most [byte]
+    integer(int64) :: bytes = 0_int64 !! what fields and state of one end time need at most [byte]
   end type results_t
 
 contains
@@ -64,7 +64,7 @@ contains
     results%file%blocks = blocks_in_chunk(6*max(model%mesh%nodes, model%mesh%elements, 1), &
       origin%end_times)
     results%bytes = bytes_of_fields(model)
-    call reserve_room(results%file, 3*results%bytes + len(origin%deck, long), error)
+    call reserve_room(results%file, 3*results%bytes + len(origin%deck, int64), error)
     if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
     if (.not. allocated(error)) call begin_indexes(results%file, error)
     call publish_hdf5(results%file, path, error)
@@ -110,15 +110,15 @@ contains
   end function fields_due
 
   !> What fields and state of one end time need at most [byte].
-  pure integer(long) function bytes_of_fields(model) result(bytes)
+  pure integer(int64) function bytes_of_fields(model) result(bytes)
     type(model_t), intent(in) :: model !! the problem
     integer :: k
 
-    bytes = 20*int(model%mesh%nodes, long) + 13*int(model%mesh%elements, long)
+    bytes = 20*int(model%mesh%nodes, int64) + 13*int(model%mesh%elements, int64)
     do k = 1, size(model%pairs)
-      bytes = bytes + 27*size(model%pairs(k)%points%point_nodes, kind=long)
+      bytes = bytes + 27*size(model%pairs(k)%points%point_nodes, kind=int64)
       if (model%pairs(k)%smooth) bytes = bytes + n_patch_values*size( &
-        model%pairs(k)%surface%facets, 2, kind=long)
+        model%pairs(k)%surface%facets, 2, kind=int64)
     end do
     bytes = 8*bytes
   end function bytes_of_fields
@@ -134,7 +134,7 @@ contains
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
     type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer(long) :: bytes
+    integer(int64) :: bytes
     logical :: with_frames, with_state
 
     if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
@@ -144,7 +144,7 @@ contains
     bytes = bytes_of_rows
     if (with_frames .or. with_state) bytes = bytes + results%bytes
     if (allocated(row%derivatives)) bytes = bytes + bytes_of_derivative*size( &
-      row%derivatives%kinks, kind=long)
+      row%derivatives%kinks, kind=int64)
     call reserve_room(results%file, bytes, error)
     if (.not. allocated(error)) call append_history(results%file, model, row, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
@@ -211,7 +211,7 @@ contains
     type(variant_row_t), intent(in) :: row !! the variant
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call reserve_room(results%file, bytes_of_rows + 8*size(row%reactions, kind=long), error)
+    call reserve_room(results%file, bytes_of_rows + 8*size(row%reactions, kind=int64), error)
     if (.not. allocated(error)) call append_variant(results%file, row, error)
     if (.not. allocated(error)) call flush_hdf5(results%file, error)
   end subroutine append_variant_row

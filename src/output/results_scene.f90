@@ -19,7 +19,7 @@ module results_scene
   !> Version of this layout: 1 is the first. A reader refuses a higher one.
   integer, parameter :: scene_version = 1
   !> Its group.
-  character(*), parameter :: root = '/scene/'
+  character(*), parameter :: scene_root = '/scene/'
 
 contains
 
@@ -35,7 +35,7 @@ contains
     call write_attribute(file, '/scene', 'version', scene_version, error)
     if (allocated(error)) return
     associate (materials => model%materials)
-      call write_rows(file, root//'materials', reshape([([real(materials(m)%number, wp), &
+      call write_rows(file, scene_root//'materials', reshape([([real(materials(m)%number, wp), &
         real(materials(m)%law, wp), merge(1.0_wp, merge(2.0_wp, 0.0_wp, materials(m)%nodal), &
         materials(m)%mean), materials(m)%youngs_modulus, materials(m)%poissons_ratio, &
         merge(1.0_wp, 0.0_wp, materials(m)%rigid)], m=1, size(materials))], [6, size(materials)]), &
@@ -58,13 +58,14 @@ contains
 
     bits = matmul([1, 2, 4], merge(1, 0, model%conditions%restrained))
     if (allocated(model%held)) bits = bits + merge(8, 0, model%held)
-    call make_series(file, root//'supports', stored_integer, [integer ::], max(1, size(bits)), &
+    call make_series(file, scene_root//'supports', stored_integer, [integer ::], &
+      max(1, size(bits)), &
       '1', '1, 2, 4 added up: prescribed directions of each node number from 1; 8: of a region '// &
       'that is held', error)
     if (allocated(error)) return
-    call write_block(file, root//'supports', bits, at_end, error)
+    call write_block(file, scene_root//'supports', bits, at_end, error)
     if (allocated(error) .or. .not. allocated(model%conditions%spring)) return
-    call write_rows(file, root//'springs', model%conditions%spring, &
+    call write_rows(file, scene_root//'springs', model%conditions%spring, &
       'stiffness to ground of each node number from 1', error)
   end subroutine write_supports
 
@@ -88,7 +89,7 @@ contains
         n = n + size(table%p)
       end associate
     end do
-    call write_rows(file, root//'tables', rows, &
+    call write_rows(file, scene_root//'tables', rows, &
       'number, 0, time, factor; of a function of FEAP number, 1, tmin and tmax in the first '// &
       'two rows, a0 .. a4', error)
   end subroutine write_tables
@@ -103,7 +104,7 @@ contains
 
     allocate (displacements(4, 0), forces(4, 0))
     associate (loads => model%conditions%loads)
-      call write_rows(file, root//'loads', reshape([([real(loads(k)%table, wp), &
+      call write_rows(file, scene_root//'loads', reshape([([real(loads(k)%table, wp), &
         real(loads(k)%form, wp), loads(k)%angle], k=1, size(loads))], [3, size(loads)]), &
         'number of the table (0: the sum of all), form (1 its factor, 2 sine, 3 1 - cosine of '// &
         'the angle times it), angle', error)
@@ -115,9 +116,9 @@ contains
           [4, size(forces, 2) + loads(k)%force%n])
       end do
     end associate
-    call write_rows(file, root//'displacements', displacements, &
+    call write_rows(file, scene_root//'displacements', displacements, &
       'load (row of loads), node, direction, displacement at factor 1', error)
-    if (.not. allocated(error)) call write_rows(file, root//'forces', forces, &
+    if (.not. allocated(error)) call write_rows(file, scene_root//'forces', forces, &
       'load (row of loads), node, direction, force at factor 1', error)
   end subroutine write_loads
 
@@ -156,7 +157,7 @@ contains
         end do
       end associate
     end do
-    call write_rows(file, root//'pressures', rows, &
+    call write_rows(file, scene_root//'pressures', rows, &
       'nodes of a facet (6, zeros behind the last), number of the table, pressure at factor 1', &
       error)
   end subroutine write_pressures
@@ -180,16 +181,18 @@ contains
       end associate
     end do
     associate (rigid => model%conditions%rigid)
-      call write_rows(file, root//'rigid', reshape([([rigid(k)%point, &
+      call write_rows(file, scene_root//'rigid', reshape([([rigid(k)%point, &
         merge(1.0_wp, 0.0_wp, rigid(k)%free)], k=1, size(rigid))], [9, size(rigid)]), &
         'point at rest (3), 1 for each translation and rotation of it that is free (6)', error)
     end associate
-    if (.not. allocated(error)) call write_rows(file, root//'rigid_loads', rows, &
+    if (.not. allocated(error)) call write_rows(file, scene_root//'rigid_loads', rows, &
       'rigid body, number of the table, force and moment at factor 1 (6)', error)
     if (allocated(error)) return
-    call make_series(file, root//'rigid_body', stored_integer, [integer ::], size(body), '1', &
+    call make_series(file, scene_root//'rigid_body', stored_integer, [integer ::], size(body), &
+      '1', &
       'rigid body of each node number from 1, 0 for none', error)
-    if (.not. allocated(error)) call write_block(file, root//'rigid_body', body, at_end, error)
+    if (.not. allocated(error)) call write_block(file, scene_root//'rigid_body', body, at_end, &
+      error)
   end subroutine write_rigid
 
   !> Writes the law of a pair into its group; makes room for the patches of smooth surfaces.

@@ -12,6 +12,7 @@ module results_state
   use contact_points, only: count_points
   use mesh_types, only: mesh_t
   use rigid_paths, only: count_rigid
+  use bulk_memory, only: memory_shape
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group
@@ -29,7 +30,7 @@ module results_state
     defined_coordinates, slave_nodes, state_mark
 
   !> Root of this part of the file.
-  character(*), parameter :: root = '/state/'
+  character(*), parameter :: state_root = '/state/'
 
 contains
 
@@ -45,24 +46,26 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_state)
       if (.not. in_use(fields_of_state(i), model)) cycle
-      call create_field(file, root, fields_of_state(i), counts_of(model), blocks, error)
+      call create_field(file, state_root, fields_of_state(i), counts_of(model), blocks, error)
       if (allocated(error)) return
     end do
     call write_mesh(file, model, error)
     if (allocated(error)) return
-    call make_group(file, root//'contact', error)
+    call make_group(file, state_root//'contact', error)
     do i = 1, size(model%pairs)
       if (allocated(error)) return
       call create_pair(file, model%pairs(i), blocks, error)
     end do
   end subroutine create_state_part
 
-  !> What fields of a state have values for: nodes, no points, rigid bodies, derivatives.
+  !> What fields of a state have values for: nodes, no points, rigid bodies, derivatives,
+  !! numbers that points of the bulk remember.
   pure function counts_of(model) result(counts)
     type(model_t), intent(in) :: model !! the problem
-    integer :: counts(6)
+    integer :: counts(7)
 
-    counts = [model%mesh%nodes, 0, count_rigid(model), model%output%slopes]
+    counts = [model%mesh%nodes, 0, count_rigid(model), model%output%slopes, &
+      product(memory_shape(model))]
   end function counts_of
 
   !> Writes what tells whether a state fits a deck.
@@ -72,20 +75,21 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
-    call make_series(file, root//'coordinates', stored_real, [3], max(1, model%mesh%nodes), &
+    call make_series(file, state_root//'coordinates', stored_real, [3], max(1, model%mesh%nodes), &
       'length', 'reference position of all node numbers from 1', error)
     if (allocated(error)) return
-    call write_block(file, root//'coordinates', defined_coordinates(model%mesh), at_end, error)
+    call write_block(file, state_root//'coordinates', defined_coordinates(model%mesh), at_end, &
+      error)
     if (allocated(error)) return
-    call make_series(file, root//'elements', stored_integer, [size(model%mesh%ix, 1)], &
+    call make_series(file, state_root//'elements', stored_integer, [size(model%mesh%ix, 1)], &
       max(1, size(model%mesh%ix, 2)), '1', 'nodes of all element numbers from 1', error)
     if (allocated(error)) return
-    call write_block(file, root//'elements', model%mesh%ix, at_end, error)
+    call write_block(file, state_root//'elements', model%mesh%ix, at_end, error)
     if (allocated(error)) return
-    call make_series(file, root//'pairs', stored_integer, [integer ::], &
+    call make_series(file, state_root//'pairs', stored_integer, [integer ::], &
       max(1, size(model%pairs)), '1', 'numbers of the contact pairs', error)
     if (allocated(error)) return
-    call write_block(file, root//'pairs', [(model%pairs(i)%number, i=1, size(model%pairs))], &
+    call write_block(file, state_root//'pairs', [(model%pairs(i)%number, i=1, size(model%pairs))], &
       at_end, error)
   end subroutine write_mesh
 
@@ -115,7 +119,7 @@ contains
     if (allocated(error)) return
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
-      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair), 0, 0, 0, 0], &
+      call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair)], &
         blocks, error)
       if (allocated(error)) return
     end do
@@ -154,7 +158,7 @@ contains
     integer :: slot
 
     slot = slot_of(model, written)
-    if (slot > written) call write_block(file, root//'step', [0], slot, error)
+    if (slot > written) call write_block(file, state_root//'step', [0], slot, error)
     if (.not. allocated(error)) call write_slot(file, model, slot, state, error)
   end subroutine write_state
 
@@ -168,10 +172,10 @@ contains
 
     integer :: next
 
-    call write_block(file, root//'step', [step], slot_of(model, written), error)
+    call write_block(file, state_root//'step', [step], slot_of(model, written), error)
     next = slot_of(model, written + 1)
     if (next > written + 1 .or. allocated(error)) return
-    call write_block(file, root//'step', [0], next, error)
+    call write_block(file, state_root//'step', [0], next, error)
   end subroutine complete_state
 
   !> Places for states that a file has.
@@ -212,7 +216,7 @@ contains
       call write_pair(file, model%pairs(i), state%pairs(i), slot, error)
       if (allocated(error)) return
     end do
-    call write_block(file, root//'checksum', transfer(file%sum, [0, 0]), slot, error)
+    call write_block(file, state_root//'checksum', transfer(file%sum, [0, 0]), slot, error)
   end subroutine write_slot
 
   !> Writes one field of a state; zeros over that of an older state with its place, if it has
@@ -230,7 +234,7 @@ contains
     integer, allocatable :: dims(:)
 
     if (.not. is_kept(field, state)) then
-      if (entries_of(file, root//trim(field%name)) < slot) return
+      if (entries_of(file, state_root//trim(field%name)) < slot) return
     end if
     dims = field_shape(field, counts)
     address = address_of(state, field%name, dims, .false.)
@@ -238,10 +242,10 @@ contains
       call write_zeros(file, field, product(dims), slot, error)
     else if (field%stored == stored_real) then
       call c_f_pointer(address, reals, [product(dims)])
-      call write_block(file, root//trim(field%name), reals, slot, error)
+      call write_block(file, state_root//trim(field%name), reals, slot, error)
     else
       call c_f_pointer(address, integers, [product(dims)])
-      call write_block(file, root//trim(field%name), integers, slot, error)
+      call write_block(file, state_root//trim(field%name), integers, slot, error)
     end if
   end subroutine write_field
 
@@ -256,9 +260,9 @@ contains
 
     allocate (zeros(n), source=0)
     if (field%stored == stored_real) then
-      call write_block(file, root//trim(field%name), real(zeros, wp), slot, error)
+      call write_block(file, state_root//trim(field%name), real(zeros, wp), slot, error)
     else
-      call write_block(file, root//trim(field%name), zeros, slot, error)
+      call write_block(file, state_root//trim(field%name), zeros, slot, error)
     end if
   end subroutine write_zeros
 
@@ -266,7 +270,7 @@ contains
   pure integer(int64) function state_mark(step) result(mark)
     integer, intent(in) :: step !! number of the end time
 
-    mark = block_sum(root//'step', [step])
+    mark = block_sum(state_root//'step', [step])
   end function state_mark
 
   !> Writes a file of one state (SAVE); it takes its name when it is complete.
@@ -329,6 +333,6 @@ contains
     integer, intent(in) :: number !! number of the pair
     character(:), allocatable :: group
 
-    group = root//'contact/'//to_text(number)
+    group = state_root//'contact/'//to_text(number)
   end function pair_group
 end module results_state

@@ -106,10 +106,10 @@ contains
   !> The level of a word, 0 if it is none.
   pure integer function log_level(word) result(level)
     character(*), intent(in) :: word !! brief, normal or full
-    character(6), parameter :: words(3) = [character(6) :: 'brief', 'normal', 'full']
+    character(6), parameter :: levels(3) = [character(6) :: 'brief', 'normal', 'full']
 
-    do level = size(words), 1, -1
-      if (word == words(level)) return
+    do level = size(levels), 1, -1
+      if (word == levels(level)) return
     end do
   end function log_level
 
@@ -117,6 +117,7 @@ contains
   function material_line(material) result(line)
     type(material_t), intent(in) :: material !! the material
     character(:), allocatable :: line
+    integer :: k
 
     line = to_text(material%number)
     if (len_trim(material%label) > 0) line = line//' '//trim(material%label)
@@ -129,13 +130,18 @@ contains
     if (material%nodal) line = line//', volume by the dilatation of the nodes'
     line = line//', E = '//to_text(material%youngs_modulus)//', nu = '// &
       to_text(material%poissons_ratio)
+    do k = 1, laws(material%law)%count
+      line = line//', '//trim(laws(material%law)%parameters(k)%name)//' = '// &
+        to_text(material%own(k))
+    end do
   end function material_line
 
   !> A contact pair in one line, with the penalty that is used.
   function pair_line(pair) result(line)
     type(pair_t), intent(in) :: pair !! the pair
     character(:), allocatable :: line
-    character(10), parameter :: rules(0:2) = [character(10) :: 'collinear', 'tensor', 'associated']
+    character(10), parameter :: rule_words(0:2) = [character(10) :: 'collinear', 'tensor', &
+      'associated']
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
       count_noun(used_points(pair), 'point')//' against '// &
@@ -150,7 +156,7 @@ contains
     if (maxval(pair%friction%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%friction%mu(1))//' and '// &
         to_text(pair%friction%mu(2))//', slip '// &
-        trim(rules(pair%friction%slip_rule))//law_text(pair%law)
+        trim(rule_words(pair%friction%slip_rule))//law_text(pair%law)
     else
       line = line//', frictionless'
     end if

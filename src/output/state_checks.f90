@@ -14,7 +14,7 @@ module state_checks
   public :: check_state
 
   !> An apex lies in its target, or beside it by this share of it at most: at a rim.
-  real(wp), parameter :: beside = 0.5_wp
+  real(wp), parameter :: beside_target = 0.5_wp
 
 contains
 
@@ -111,7 +111,7 @@ contains
       why = 'its history holds what is not a number'
     else if (point%status > status_open) then
       least = min(point%apex(1), point%apex(2), 1.0_wp - point%apex(1) - point%apex(2))
-      if (least < -beside) why = 'its apex ('//to_text(point%apex(1))//', '// &
+      if (least < -beside_target) why = 'its apex ('//to_text(point%apex(1))//', '// &
         to_text(point%apex(2))//') lies outside of its facet'
     end if
   end function fault_of

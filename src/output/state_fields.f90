@@ -9,9 +9,10 @@ module state_fields
   use contact_parameters, only: has_multipliers
   use model_types, only: model_t
   use rigid_paths, only: count_rigid
+  use bulk_memory, only: memory_shape
   use result_types, only: saved_state_t, pair_history_t
   use result_fields, only: field_t, over_one, over_nodes, over_points, over_bodies, &
-    over_apex_slopes, over_node_slopes, over_contact_nodes
+    over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
@@ -27,9 +28,10 @@ module state_fields
   integer, parameter :: part_condensed = 5 !! with the condensed form
   integer, parameter :: part_factor = 6 !! with factors of a bulk that is not linear
   integer, parameter :: part_path = 7 !! always; older files lack it
-  integer, parameter :: part_multiplier = 8 !! with `AUGMent`
+  integer, parameter :: part_state_multiplier = 8 !! with `AUGMent`
   integer, parameter :: part_cells = 9 !! with `SEGMent`
   integer, parameter :: part_slopes = 10 !! with `SENSitivity`
+  integer, parameter :: part_memory = 11 !! with laws of `SOLId` that remember (none so far)
 
   !> Fields of a state as a whole.
   type(field_t), parameter :: fields_of_state(*) = [ &
@@ -61,6 +63,9 @@ module state_fields
     'residual over the force scale when it was accepted', part_scene), &
     field_t('rigid', stored_real, 6, over_bodies, 'length, radian', &
     'free translation and rotation vector of the points of rigid bodies', part_rigid), &
+    field_t('memory', stored_real, 1, over_memory, 'of each', &
+    'what the points of the elements remember, element after element, point after point', &
+    part_memory), &
     field_t('candidate', stored_integer, 1, over_nodes, '1', &
     'nodes that the condensed solver holds for contact; empty if it was not in use', &
     part_condensed), &
@@ -95,7 +100,7 @@ module state_fields
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
     'this way with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
-    'force without a gap, along a1, e x a1 and e of the facet', part_multiplier), &
+    'force without a gap, along a1, e x a1 and e of the facet', part_state_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
     'slave facet of the point, from 1, 0 while it is not in use', part_cells), &
     field_t('weight', stored_real, 3, over_points, '1', &
@@ -134,6 +139,7 @@ contains
 
     used = field%part /= part_rigid .or. count_rigid(model) > 0
     if (field%part == part_slopes) used = model%output%slopes(1) > 0
+    if (field%part == part_memory) used = product(memory_shape(model)) > 0
   end function used_by_deck
 
   !> Whether a pair has use for a field.
@@ -142,7 +148,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
 
     select case (field%part)
-    case (part_multiplier)
+    case (part_state_multiplier)
       used = has_multipliers(pair)
     case (part_cells)
       used = pair%segmented
@@ -159,6 +165,8 @@ contains
     select case (field%part)
     case (part_rigid)
       kept = allocated(state%rigid)
+    case (part_memory)
+      kept = allocated(state%memory)
     case (part_before)
       kept = allocated(state%displacement_before)
     case (part_factor)
@@ -217,6 +225,9 @@ contains
       address = c_loc(state%residual)
     case ('rigid')
       call find_array(state%rigid, dims, make, address)
+    case ('memory')
+      if (make) allocate (state%memory(dims(1)))
+      if (allocated(state%memory)) address = c_loc(state%memory)
     case ('candidate')
       if (make) allocate (state%candidate(dims(1)))
       if (allocated(state%candidate)) address = c_loc(state%candidate)

@@ -15,9 +15,9 @@ module state_fit
   public :: check_fit
 
   !> Root of this part of the file.
-  character(*), parameter :: root = '/state/'
+  character(*), parameter :: state_root = '/state/'
   !> Nodes further apart than this share of the model's size are at different places.
-  real(wp), parameter :: same_place = 1.0e-10_wp
+  real(wp), parameter :: same_node_share = 1.0e-10_wp
   !> Line end within messages.
   character(1), parameter :: nl = new_line('a')
 
@@ -42,14 +42,14 @@ contains
     integer, allocatable :: ix(:, :)
     integer :: dims(3), rank, i
 
-    call series_shape(file, root//'coordinates', dims, rank)
+    call series_shape(file, state_root//'coordinates', dims, rank)
     if (dims(2) /= model%mesh%nodes) then
       call raise_other(file, count_noun(dims(2), 'node'), count_noun(model%mesh%nodes, 'node'), &
         error)
       return
     end if
     allocate (x(3, dims(2)))
-    call read_block(file, root//'coordinates', x, 1, error)
+    call read_block(file, state_root//'coordinates', x, 1, error)
     if (allocated(error)) return
     here = defined_coordinates(model%mesh)
     i = findloc(all(ieee_is_finite(x), 1), .false., 1)
@@ -59,20 +59,21 @@ contains
       return
     end if
     i = maxloc(maxval(abs(x - here), 1), 1)
-    if (maxval(abs(x(:, i) - here(:, i))) > same_place*maxval(maxval(here, 2) - minval(here, 2))) &
+    if (maxval(abs(x(:, i) - here(:, i))) > same_node_share*maxval(maxval(here, 2) &
+      - minval(here, 2))) &
       then
       call raise_other(file, 'node '//to_text(i)//' at '//place(x(:, i)), 'it at '// &
         place(here(:, i)), error)
       return
     end if
-    call series_shape(file, root//'elements', dims, rank)
+    call series_shape(file, state_root//'elements', dims, rank)
     if (dims(2) /= size(model%mesh%ix, 2)) then
       call raise_other(file, count_noun(dims(2), 'element'), &
         count_noun(size(model%mesh%ix, 2), 'element'), error)
       return
     end if
     allocate (ix(dims(1), dims(2)))
-    call read_block(file, root//'elements', ix, 1, error)
+    call read_block(file, state_root//'elements', ix, 1, error)
     if (allocated(error)) return
     i = first_other(ix, model%mesh%ix)
     if (i > 0) call raise_other(file, 'other nodes in element '//to_text(i), 'its own', error)
@@ -108,9 +109,9 @@ contains
     integer, allocatable :: numbers(:)
     integer :: dims(3), rank, i
 
-    call series_shape(file, root//'pairs', dims, rank)
+    call series_shape(file, state_root//'pairs', dims, rank)
     allocate (numbers(dims(1)))
-    call read_block(file, root//'pairs', numbers, 1, error)
+    call read_block(file, state_root//'pairs', numbers, 1, error)
     if (allocated(error)) return
     do i = 1, size(numbers)
       if (any(model%pairs%number == numbers(i))) cycle

@@ -16,7 +16,7 @@ module state_reader
   use state_checks, only: check_state
   use results_names, only: bodies_ending, contact_ending
   use state_fit, only: check_fit
-  use result_fields, only: field_t, field_shape, entries_of, over_bodies
+  use result_fields, only: field_t, field_shape, entries_of, over_nodes, over_bodies
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, &
     forget_unused, address_of, real_component, integer_component
   implicit none
@@ -24,7 +24,7 @@ module state_reader
   public :: read_state
 
   !> Root of this part of the file.
-  character(*), parameter :: root = '/state/'
+  character(*), parameter :: state_root = '/state/'
   !> Line end within messages.
   character(1), parameter :: nl = new_line('a')
 
@@ -84,9 +84,9 @@ contains
     integer, allocatable :: steps(:)
     integer :: dims(3), rank, slot, bound
 
-    call series_shape(file, root//'step', dims, rank)
+    call series_shape(file, state_root//'step', dims, rank)
     allocate (steps(dims(1)), source=0)
-    call read_block(file, root//'step', steps, 1, trouble)
+    call read_block(file, state_root//'step', steps, 1, trouble)
     bound = steps(last)
     do
       slot = maxloc(steps, 1, mask=steps > 0 .and. steps < bound)
@@ -177,9 +177,9 @@ contains
     integer :: dims(3), rank
 
     slot = 0
-    call series_shape(file, root//'step', dims, rank)
+    call series_shape(file, state_root//'step', dims, rank)
     allocate (steps(dims(1)), source=0)
-    call read_block(file, root//'step', steps, 1, error)
+    call read_block(file, state_root//'step', steps, 1, error)
     if (allocated(error)) then
       call raise(error, exit_deck, 'error: the states in '//file%path//' cannot be read: '// &
         'the file is damaged or cut off'//nl//'  run the deck anew, or restart from a copy')
@@ -243,7 +243,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: step(1), i
 
-    call read_block(file, root//'step', step, slot, error)
+    call read_block(file, state_root//'step', step, slot, error)
     if (allocated(error)) return
     state%step = step(1)
     file%sum = state_mark(state%step)
@@ -275,13 +275,14 @@ contains
     real(wp), pointer, contiguous :: reals(:)
     integer, pointer, contiguous :: integers(:)
     integer, allocatable :: dims(:)
-    integer :: counts(6), found(3), rank
+    integer :: counts(7), found(3), rank
 
-    path = root//trim(field%name)
+    path = state_root//trim(field%name)
     if (is_optional(field)) then
       if (entries_of(file, path) < slot) return
     end if
-    counts = [model%mesh%nodes, 0, 0, 0, 0, 0]
+    counts = 0
+    counts(over_nodes) = model%mesh%nodes
     if (field%over >= over_bodies) then
       call series_shape(file, path, found, rank)
       counts(field%over) = found(rank - 1)
@@ -324,7 +325,7 @@ contains
     integer :: written(2), found(2)
 
     found = transfer(file%sum, found)
-    call read_block(file, root//'checksum', written, slot, error)
+    call read_block(file, state_root//'checksum', written, slot, error)
     if (allocated(error)) return
     if (any(written /= found)) call raise(error, exit_deck, 'the sum over the state of step '// &
       to_text(step)//' is not the one that was written')

@@ -27,13 +27,13 @@ module vtk_grid
   integer, parameter :: vtk_vertex = 1, vtk_triangle = 5, vtk_six_nodes = 22
 
   !> Root of this part of the file.
-  character(*), parameter :: root = '/VTKHDF/'
+  character(*), parameter :: grid_root = '/VTKHDF/'
   !> End times whose offsets are written in one go: they are known beforehand, and writing one
   !! number costs as much as writing a field. Those behind the last end time mean nothing.
   integer, parameter :: ahead = 64
   !> Fields wait in memory for at most this long while end times come [s], and not at all where one
   !! takes so long that writing it, some ms, costs next to nothing [s].
-  real(wp), parameter :: patience = 1.0_wp, slow = 0.05_wp
+  real(wp), parameter :: seconds_held = 1.0_wp, slow = 0.05_wp
 
   !> A grid that is being written.
   type :: vtk_grid_t
@@ -71,10 +71,10 @@ contains
     if (allocated(error)) return
     call write_long(file, 'NumberOfPoints', [grid%points], 'number of points', error)
     if (allocated(error)) return
-    call make_series(file, root//'Points', stored_real, [3], grid%points, 'length', &
+    call make_series(file, grid_root//'Points', stored_real, [3], grid%points, 'length', &
       'reference coordinates', error)
     if (allocated(error)) return
-    call write_block(file, root//'Points', x, at_end, error)
+    call write_block(file, grid_root//'Points', x, at_end, error)
     if (allocated(error)) return
     call write_cells(grid, file, connectivity, offsets, types, error)
     if (allocated(error)) return
@@ -99,11 +99,11 @@ contains
     if (allocated(error)) return
     call write_long(file, 'Offsets', offsets, 'start of each cell in Connectivity', error)
     if (allocated(error)) return
-    call make_series(file, root//'Types', stored_byte, [integer ::], max(1, grid%cells), '1', &
+    call make_series(file, grid_root//'Types', stored_byte, [integer ::], max(1, grid%cells), '1', &
       'VTK cell types: 1 vertex, 5 triangle, 22 six-node triangle, 10 four-node, 24 ten-node '// &
       'tetrahedron', error)
     if (allocated(error)) return
-    call write_block(file, root//'Types', types, at_end, error)
+    call write_block(file, grid_root//'Types', types, at_end, error)
   end subroutine write_cells
 
   !> Makes the groups, and the table of end times.
@@ -119,12 +119,12 @@ contains
 
     one = 1
     do i = 1, size(groups)
-      call make_group(file, root//trim(groups(i)), error)
+      call make_group(file, grid_root//trim(groups(i)), error)
       if (allocated(error)) return
     end do
-    call write_attribute(file, root//'Steps', 'NSteps', grid%frames, error)
+    call write_attribute(file, grid_root//'Steps', 'NSteps', grid%frames, error)
     if (allocated(error)) return
-    call make_series(file, root//'Steps/Values', stored_real, [integer ::], 1, 'time', &
+    call make_series(file, grid_root//'Steps/Values', stored_real, [integer ::], 1, 'time', &
       'times of the fields', error)
     do i = 1, size(known)
       if (allocated(error)) return
@@ -145,7 +145,8 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//'Steps/'//name, stored_long, leading, 1, '1', description, error)
+    call make_series(file, grid_root//'Steps/'//name, stored_long, leading, 1, '1', description, &
+      error)
     grid%known = reshape([grid%known, file%n_open, first, each], [3, size(grid%known, 2) + 1])
   end subroutine add_known
 
@@ -189,10 +190,11 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//group//'/'//name, stored, [integer ::], max(1, size(values)), &
+    call make_series(file, grid_root//group//'/'//name, stored, [integer ::], &
+      max(1, size(values)), &
       '1', description, error)
     if (allocated(error)) return
-    call write_block(file, root//group//'/'//name, values, at_end, error)
+    call write_block(file, grid_root//group//'/'//name, values, at_end, error)
     if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, 0, &
       'first entry of each end time: always 0', error)
@@ -213,7 +215,8 @@ contains
 
     leading = components
     n = merge(grid%points, grid%cells, group == on_points)
-    call make_series(file, root//group//'/'//name, stored, leading(:merge(1, 0, components > 1)), &
+    call make_series(file, grid_root//group//'/'//name, stored, &
+      leading(:merge(1, 0, components > 1)), &
       max(1, n), unit, description, error, file%blocks)
     if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, n, &
@@ -227,7 +230,7 @@ contains
     real(wp), intent(in) :: time !! time of the fields [time]
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call hold_block(file, root//'Steps/Values', [time], error)
+    call hold_block(file, grid_root//'Steps/Values', [time], error)
     grid%frames = grid%frames + 1
   end subroutine begin_frame
 
@@ -239,7 +242,7 @@ contains
     real(wp), intent(in), contiguous :: values(:, :) !! (components, points or cells)
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call hold_block(file, root//group//'/'//name, values, error)
+    call hold_block(file, grid_root//group//'/'//name, values, error)
   end subroutine add_values
 
   !> It is time to write the end times that wait: they fill a chunk, or have waited for long, or the
@@ -251,7 +254,7 @@ contains
 
     now = wall_seconds()
     due = grid%frames > grid%counted .and. (mod(grid%frames, file%blocks) == 0 .or. &
-      now > grid%written_at + patience .or. now > grid%seen_at + slow)
+      now > grid%written_at + seconds_held .or. now > grid%seen_at + slow)
     grid%seen_at = now
     if (due .or. grid%frames == grid%counted) grid%written_at = now
   end function are_frames_due
@@ -283,7 +286,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
     grid%counted = grid%frames
-    call write_attribute(file, root//'Steps', 'NSteps', grid%counted, error)
+    call write_attribute(file, grid_root//'Steps', 'NSteps', grid%counted, error)
   end subroutine count_frames
 
   !> Writes a list of integers with 64 bits, as VTK wants its lists.
@@ -294,9 +297,9 @@ contains
     character(*), intent(in) :: description !! meaning
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, root//name, stored_long, [integer ::], max(1, size(values)), '1', &
+    call make_series(file, grid_root//name, stored_long, [integer ::], max(1, size(values)), '1', &
       description, error)
     if (allocated(error)) return
-    call write_block(file, root//name, values, at_end, error)
+    call write_block(file, grid_root//name, values, at_end, error)
   end subroutine write_long
 end module vtk_grid

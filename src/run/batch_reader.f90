@@ -15,7 +15,7 @@ module batch_reader
   public :: read_batch
 
   !> End times that the tables' column of steps has room for.
-  integer, parameter :: most_steps = 99999999
+  integer, parameter :: most_end_times = 99999999
 
 contains
 
@@ -253,9 +253,10 @@ contains
         'SAVE before the first end time', 'write it behind STEP, or behind TIME and TANG')
     case ('step', 'time')
       has_state = .true.
-      if (command%command == 'step' .and. command%v(1) > real(most_steps, wp)) call report_error( &
+      if (command%command == 'step' .and. command%v(1) > real(most_end_times, wp)) &
+        call report_error( &
         diagnostics, command%at, 'STEP of '//to_text(nint(command%v(1)))//' end times', &
-        'the tables number up to '//to_text(most_steps)//' of them: raise DT')
+        'the tables number up to '//to_text(most_end_times)//' of them: raise DT')
       if (has_increment) return
       call report_error(diagnostics, command%at, 'no time increment has been given', &
         'write DT,, and a value before it')

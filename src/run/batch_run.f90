@@ -3,6 +3,7 @@ module batch_run
   use kinds, only: wp
   use errors, only: error_t
   use costs, only: wall_seconds
+  use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
   use increments, only: look_for_strays
@@ -27,7 +28,6 @@ module batch_run
   use sensitivity_table, only: derivative_rows, write_sensitivities
   use result_types, only: derivative_rows_t
   use kept_slopes, only: keep_slopes
-  use model_types, only: state_none
   use run_progress, only: run_state_t
   use batch_states, only: run_save, run_rest
   use batch_augment, only: run_augment
@@ -54,7 +54,7 @@ contains
     context%monitor%steps = count_steps(commands)
     context%system%spared = count([(.not. is_inside_due(context, k), k=1, context%monitor%steps)])
     skip = 0
-    call ask_for_solver(context%system, solver_auto)
+    call ask_for_solver(context%system%whole, solver_auto)
     if (states%step > 0) then
       run%states = states
       run%goes_on = has_end_times(commands)
@@ -64,7 +64,7 @@ contains
       context%monitor%steps = context%monitor%steps - skip + states%step
       run = run_state_t()
       if (allocated(error)) deallocate (error)
-      call ask_for_solver(context%system, solver_auto)
+      call ask_for_solver(context%system%whole, solver_auto)
     end if
     run%states = states
     run%goes_on = has_end_times(commands)
@@ -107,17 +107,12 @@ contains
     type(run_state_t), intent(inout) :: run !! where the run stands
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
+    logical :: taken
 
     associate (command => commands(next))
       select case (command%command)
       case ('dt')
         run%increment = command%v(1)
-      case ('tol')
-        if (command%option == 'resi') then
-          run%settings%residual_tolerance = command%v(1)
-        else
-          run%settings%energy_tolerance = command%v(1)
-        end if
       case ('step')
         call close_increment(run, context, error)
         if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
@@ -149,7 +144,8 @@ contains
         call run_augment(run, context%model, context%system, context%monitor)
       case ('solv')
         if (command%solves) call run_tangent(run, context, error)
-        if (.not. command%solves) call ask_for_solver(context%system, solver_of(command%option))
+        if (.not. command%solves) call ask_for_solver(context%system%whole, &
+          solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
@@ -161,6 +157,7 @@ contains
         call print_request(command, context, error)
       case default
         ! PROP has been obeyed when the deck was read.
+        call take_setting(command%command, command%option, command%v(1), run%settings%asked, taken)
       end select
     end associate
   end subroutine run_command

@@ -23,7 +23,7 @@ module batch_tangent
   public :: prepare, run_tangent, run_form, run_back
 
   !> Times that targets follow an iterate in balance before another iteration is asked for.
-  integer, parameter :: most_passes = 10
+  integer, parameter :: most_target_passes = 10
 
 contains
 
@@ -105,7 +105,7 @@ contains
     integer :: pass
 
     associate (model => context%model, system => context%system, monitor => context%monitor)
-      do pass = 1, most_passes
+      do pass = 1, most_target_passes
         call follow_solution(model, system, run%settings, monitor, run%progress, &
           run%converged)
         if (run%converged) call settle_touches(model, system, monitor, run%converged)

@@ -30,7 +30,7 @@ contains
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands
     type(context_t), target, intent(inout) :: context !! the problem; its terminal is written to
     type(error_t), allocatable, intent(out) :: error !! what would end a run at once
-    integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
+    integer, parameter :: warned_checks(3) = [check_facets, check_locking, check_moved]
     type(error_t), allocatable :: no_memory
     type(estimate_t) :: estimate
     integer :: k
@@ -55,11 +55,13 @@ contains
       call report_gaps(context, .true.)
       if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
       call begin_audit(model, system, context%state, context%audit)
-      do k = 1, size(checks)
-        if (context%audit%verdict(checks(k)) == verdict_warning) then
-          call context%monitor%warning(audit_warning(model, system, context%audit, checks(k)))
+      do k = 1, size(warned_checks)
+        if (context%audit%verdict(warned_checks(k)) == verdict_warning) then
+          call context%monitor%warning(audit_warning(model, system, context%audit, &
+            warned_checks(k)))
         else
-          call print_line(context%terminal, audit_finding(model, system, context%audit, checks(k)))
+          call print_line(context%terminal, audit_finding(model, system, context%audit, &
+            warned_checks(k)))
         end if
       end do
       call start_blas(no_memory)

@@ -22,7 +22,7 @@ module command_line
   integer, parameter :: most_increments = 64
 
   !> All options this version knows, for hints.
-  character(16), parameter :: known(20) = [character(16) :: '--set', '--out', '--check', &
+  character(16), parameter :: known_options(20) = [character(16) :: '--set', '--out', '--check', &
     '--solver', '--threads', '--restart', '--step', '--sens', '--vary', '--mesh', &
     '--increments', '--penalty-factor', '--log', '--quiet', &
     '--verbose', '-v', '--json', '--version', '--help', '-h']
@@ -298,11 +298,11 @@ contains
     integer :: k, distance, least
 
     least = huge(least)
-    do k = 1, size(known)
-      distance = edit_distance(name, trim(known(k)))
+    do k = 1, size(known_options)
+      distance = edit_distance(name, trim(known_options(k)))
       if (distance >= least) cycle
       least = distance
-      best = trim(known(k))
+      best = trim(known_options(k))
     end do
   end function nearest_option
 

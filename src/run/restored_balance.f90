@@ -21,7 +21,7 @@ module restored_balance
 
   !> What balance may lack over the force scale, where the run left less, with multipliers and
   !! without.
-  real(wp), parameter :: least = 1.0e-7_wp
+  real(wp), parameter :: least_balance = 1.0e-7_wp
   real(wp), parameter :: least_augmented = 1.0e-5_wp
   !> The same over what the run left, or over round-off, and at most.
   real(wp), parameter :: over_left = 100.0_wp
@@ -56,7 +56,7 @@ contains
     own = system%form
     system%form = full_form_of_system()
     call form_state(model, system, state)
-    share = least
+    share = least_balance
     do k = 1, size(model%pairs)
       if (.not. model%pairs(k)%augmented) cycle
       share = max(share, least_augmented, over_left*model%pairs(k)%augment_tolerance)

@@ -71,8 +71,9 @@ contains
     !! solves of an increment (1 to 13); memory and work of an unsymmetric factor with contact over
     !! those of the bodies' symmetric ones; operations of fields, sums and audit for a node, and of
     !! the start.
-    real(wp), parameter :: program = 2.6e7_wp, with_contact = 9.0e6_wp, node = 4900.0_wp, &
-      solves = 5.0_wp, unsymmetric = 5.0_wp, node_work = 6.0e4_wp, start = 3.0e8_wp
+    real(wp), parameter :: bytes_of_program = 2.6e7_wp, with_contact = 9.0e6_wp, &
+      bytes_of_node = 4900.0_wp, mean_solves = 5.0_wp, unsymmetric = 5.0_wp, &
+      node_work = 6.0e4_wp, start_work = 3.0e8_wp
     real(wp) :: needed, work, entries, rows
     integer :: b, m
 
@@ -88,19 +89,19 @@ contains
       rows = rows + merge(real(m, wp)**2, 4.0_wp*entries, m > 0)
     end do
     if (estimate%condensed) then
-      estimate%increment = estimate%increment + solves*(rows + contact_work(model, estimate))
+      estimate%increment = estimate%increment + mean_solves*(rows + contact_work(model, estimate))
     else
       if (foresee_choice(model, system) == solver_umfpack .or. size(model%pairs) > 0) then
         estimate%factor = unsymmetric*estimate%factor
         estimate%once = unsymmetric*estimate%once
       end if
-      estimate%increment = estimate%increment + solves*estimate%once
+      estimate%increment = estimate%increment + mean_solves*estimate%once
       estimate%once = 0.0_wp
     end if
-    estimate%once = estimate%once + start
+    estimate%once = estimate%once + start_work
     estimate%increment = estimate%increment + node_work*real(model%mesh%nodes, wp)
-    estimate%memory = program + node*real(model%mesh%nodes, wp) + estimate%factor + &
-      estimate%operator
+    estimate%memory = bytes_of_program + bytes_of_node*real(model%mesh%nodes, wp) &
+      + estimate%factor + estimate%operator
     if (size(model%pairs) > 0) estimate%memory = estimate%memory + with_contact
   end subroutine add_bodies
 
@@ -123,49 +124,50 @@ contains
     type(estimate_t), intent(inout) :: estimate !! gets results
     !> Numbers of a node, an element, a contact point, a node and a facet of a surface at an end
     !! time; of a node in a state; bytes of a number with its share of tables, and of a file's head.
-    real(wp), parameter :: node = 12.0_wp, element = 6.0_wp, point = 22.0_wp, corner = 14.0_wp, &
-      facet = 4.0_wp, state = 13.0_wp, number = 8.8_wp, head = 3.5e5_wp
+    real(wp), parameter :: per_node = 12.0_wp, per_element = 6.0_wp, per_point = 22.0_wp, &
+      per_corner = 14.0_wp, per_facet = 4.0_wp, per_state = 13.0_wp, &
+      bytes_of_number = 8.8_wp, bytes_of_head = 3.5e5_wp
     real(wp) :: nodes, each
     integer :: k, times
 
     nodes = real(count(model%mesh%defined), wp)
-    each = node*nodes + element*real(count(model%mesh%ix(1, :) > 0), wp)
+    each = per_node*nodes + per_element*real(count(model%mesh%ix(1, :) > 0), wp)
     if (model%output%contact) then
       do k = 1, size(model%pairs)
         associate (pair => model%pairs(k))
-          each = each + point*real(count_points(pair), wp)
-          each = each + (facet + 0.5_wp*corner)*real(size(pair%surface%facets, 2), wp)
+          each = each + per_point*real(count_points(pair), wp)
+          each = each + (per_facet + 0.5_wp*per_corner)*real(size(pair%surface%facets, 2), wp)
           if (allocated(pair%points%side%facets)) each = each + &
-            (facet + 0.5_wp*corner)*real(size(pair%points%side%facets, 2), wp)
+            (per_facet + 0.5_wp*per_corner)*real(size(pair%points%side%facets, 2), wp)
         end associate
       end do
     end if
     times = estimate%end_times/max(1, model%output%every)
-    estimate%results = head*real(merge(2, 1, size(model%pairs) > 0), wp) + number* &
-      (each*real(times, wp) + state*nodes*real(model%output%kept_states + 1, wp))
+    estimate%results = bytes_of_head*real(merge(2, 1, size(model%pairs) > 0), wp) &
+      + bytes_of_number*(each*real(times, wp) + per_state*nodes*real(model%output%kept_states + 1, wp))
   end subroutine foresee_files
 
   !> Products and sums a second of processor time, by the factor of a dense matrix; the first one
   !! warms the machine.
   real(wp) function measured_rate() result(rate)
-    integer, parameter :: n = 400
+    integer, parameter :: rows = 400
     !> Factors of sparse matrices have small dense blocks, which are slower.
-    real(wp), parameter :: share = 0.33_wp
+    real(wp), parameter :: sparse_share = 0.33_wp
     real(wp), allocatable :: a(:, :)
     real(wp) :: began, ended
     integer :: trial, i, info
 
     do trial = 1, 2
-      allocate (a(n, n), source=1.0_wp)
-      do i = 1, n
-        a(i, i) = real(2*n, wp)
+      allocate (a(rows, rows), source=1.0_wp)
+      do i = 1, rows
+        a(i, i) = real(2*rows, wp)
       end do
       call cpu_time(began)
-      call dpotrf('L', n, a, n, info)
+      call dpotrf('L', rows, a, rows, info)
       call cpu_time(ended)
       deallocate (a)
     end do
-    rate = share*real(n, wp)**3/3.0_wp/max(ended - began, 1.0e-6_wp)
+    rate = sparse_share*real(rows, wp)**3/3.0_wp/max(ended - began, 1.0e-6_wp)
   end function measured_rate
 
   !> Shows it: two lines, or a record for a program.

@@ -341,6 +341,8 @@ contains
       saved%displacement_before = system%touch%u_before
     end if
     saved%slopes = state%slopes
+    if (allocated(system%bulk%memory)) saved%memory = reshape(system%bulk%memory, &
+      [size(system%bulk%memory)])
     allocate (saved%pairs(size(model%pairs)))
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%history%old

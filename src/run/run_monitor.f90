@@ -18,7 +18,7 @@ module run_monitor
   public :: run_monitor_t, step_text, time_left, foresee_end, tell_end_time
 
   !> Runs that have taken longer than this say how long the rest may take [s].
-  real(wp), parameter :: long_run = 20.0_wp
+  real(wp), parameter :: seconds_of_long_run = 20.0_wp
 
   !> The log and the terminal of a run. Trouble with the log is kept until the run layer looks.
   type, extends(monitor_t) :: run_monitor_t
@@ -211,7 +211,7 @@ contains
     real(wp), intent(in) :: now !! clock [s]
 
     self%left = -1.0_wp
-    if (now - self%began < long_run .or. step >= self%steps) return
+    if (now - self%began < seconds_of_long_run .or. step >= self%steps) return
     self%left = (now - self%began)*real(self%steps - step, wp)/real(step - self%first_step, wp)
   end subroutine foresee_end
 end module run_monitor

@@ -91,6 +91,8 @@ contains
     state%reaction = saved%reaction
     state%rigid = saved%rigid
     state%slopes = saved%slopes
+    if (allocated(saved%memory)) system%bulk%memory = reshape(saved%memory, &
+      shape(system%bulk%memory))
     if (allocated(system%touch%u_before)) deallocate (system%touch%u_before)
     if (allocated(saved%displacement_before)) system%touch%u_before = saved%displacement_before
     system%touch%span_before = saved%span_before
@@ -117,7 +119,7 @@ contains
 
     system%condensed%goes_on = .false.
     if (system%form%inexact) then
-      call take_full_form(system)
+      call take_full_form(system%form, system%condensed)
       system%whole%choice = solver_unknown
     else if (.not. system%form%knows_inside) then
       if (.not. allocated(saved%candidate)) then
@@ -125,7 +127,7 @@ contains
         return
       end if
       if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
-        call take_full_form(system)
+        call take_full_form(system%form, system%condensed)
         system%whole%choice = solver_unknown
       end if
     end if

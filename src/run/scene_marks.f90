@@ -32,6 +32,8 @@ contains
       m=1, size(model%materials))]))
     sum = ieor(sum, sum_of('moduli', [([model%materials(m)%youngs_modulus, &
       model%materials(m)%poissons_ratio, model%materials(m)%density], m=1, size(model%materials))]))
+    sum = ieor(sum, sum_of('own parameters', &
+      [(model%materials(m)%own, m=1, size(model%materials))]))
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) sum = ieor(sum, sum_of('pressures', &
         [(real(model%conditions%pressures(k)%surface, wp), model%conditions%pressures(k)%value* &

@@ -269,7 +269,7 @@ contains
       call build_system(variant%model, own, state)
       call solve_variant(variant%model, own, state, shared, .false., result, trouble)
       call add_costs(context%system%costs, own%costs)
-      call free_condensed(own)
+      call free_condensed(own%condensed)
       call free_solver(own%whole%solver)
     end if
     if (allocated(trouble)) then

@@ -4,6 +4,7 @@ module study_start
   use kinds, only: wp
   use text, only: to_text, upper
   use diagnostics, only: diagnostics_t, report_error
+  use solution_settings, only: take_setting
   use errors, only: error_t, raise, exit_deck
   use loads, only: conditions_at
   use rigid_paths, only: count_rigid
@@ -52,6 +53,7 @@ contains
     type(settings_t) :: settings
     real(wp) :: dt, begin
     integer :: i, k
+    logical :: taken
 
     allocate (plan%times(0), plan%settings(0))
     dt = 0.0_wp
@@ -59,12 +61,6 @@ contains
       select case (commands(i)%command)
       case ('dt')
         dt = commands(i)%v(1)
-      case ('tol')
-        if (commands(i)%option == 'resi') then
-          settings%residual_tolerance = commands(i)%v(1)
-        else
-          settings%energy_tolerance = commands(i)%v(1)
-        end if
       case ('step')
         begin = 0.0_wp
         if (size(plan%times) > 0) begin = plan%times(size(plan%times))
@@ -73,6 +69,9 @@ contains
       case ('disp', 'reac', 'solv', 'prop')
         ! Nothing that variants would do another way.
       case default
+        call take_setting(commands(i)%command, commands(i)%option, commands(i)%v(1), &
+          settings%asked, taken)
+        if (taken) cycle
         call report_error(diagnostics, commands(i)%at, 'a study knows DT, TOL and STEP, not '// &
           upper(trim(commands(i)%command)), 'write the run with STEP,,n')
         return

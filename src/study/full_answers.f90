@@ -22,7 +22,7 @@ module full_answers
   public :: start_full, solve_full, answer_full, full_reactions
 
   !> Residual over right-hand side that an iterative solver may leave.
-  real(wp), parameter :: share_left = 1.0e-13_wp
+  real(wp), parameter :: answer_residue = 1.0e-13_wp
 
 contains
 
@@ -62,7 +62,7 @@ contains
     outcome = solver_done
     if (.not. again) then
       call form_tangent(system, model%mesh%x)
-      system%whole%solver%accuracy = share_left
+      system%whole%solver%accuracy = answer_residue
       call factorise_bordered(system, system%whole%symmetric, outcome)
     end if
     do j = 1, size(s%slopes)

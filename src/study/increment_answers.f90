@@ -11,12 +11,13 @@ module increment_answers
   use increment_elements, only: work_t, element_change, add_forces
   use sensitivity_types, only: sensitivity_t, slope_t
   use system_types, only: system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: solve_all, answer_forces, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
-  real(wp), parameter :: share_left = 5.0e-11_wp, share_of_pseudo_step = 1.0e-12_wp
+  real(wp), parameter :: increment_residue = 5.0e-11_wp, share_of_pseudo_step = 1.0e-12_wp
   !> The same where multipliers are found from answers.
   real(wp), parameter :: share_with_multipliers = 5.0e-12_wp, share_of_multipliers = 1.0e-13_wp
 
@@ -36,7 +37,8 @@ contains
     logical :: arrived, late(system%condensed%n)
 
     n = size(s%slopes)
-    s%answers%share_left = spread(merge(share_left, share_with_multipliers, work%shifted%n == 0), &
+    s%answers%share_left = spread(merge(increment_residue, share_with_multipliers, work%shifted%n &
+      == 0), &
       1, n)
     s%answers%share_left(pack(s%pseudo_step%slope, s%pseudo_step%slope > &
       0)) = merge(share_of_pseudo_step, share_of_multipliers, work%shifted%n == 0)
@@ -71,29 +73,27 @@ contains
 
   !> Displacements of the candidates that closed elements touch for forces of contact, with what
   !! contact answers, for as many columns as there are.
-  subroutine answer_forces(system, s, force, du, arrived)
-    type(system_t), intent(inout) :: system !! condensed, with the tangent of solve_all
+  subroutine answer_forces(condensed, s, force, du, arrived)
+    type(condensed_t), intent(inout) :: condensed !! condensed, with the tangent of solve_all
     type(sensitivity_t), intent(inout) :: s !! room of the answers
     real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
     real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns); 0 at all other nodes [length]
     logical, intent(out) :: arrived !! all of them
     real(wp), allocatable :: u(:, :), c(:, :)
-    logical :: late(system%condensed%n)
+    logical :: late(condensed%n)
     integer :: i, columns
 
     columns = size(force, 3)
     s%answers%share_left = spread(share_of_multipliers, 1, columns)
     du = 0.0_wp
-    associate (condensed => system%condensed)
-      allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)
-      do i = 1, condensed%n
-        c(i, :) = force(condensed%direction(i), condensed%node(i), :)
-      end do
-      call answer_all(condensed, c, u, arrived, late, s%answers)
-      do i = 1, condensed%n
-        if (.not. late(i)) du(condensed%direction(i), condensed%node(i), :) = u(i, :)
-      end do
-    end associate
+    allocate (u(condensed%n, columns), c(condensed%n, columns), source=0.0_wp)
+    do i = 1, condensed%n
+      c(i, :) = force(condensed%direction(i), condensed%node(i), :)
+    end do
+    call answer_all(condensed, c, u, arrived, late, s%answers)
+    do i = 1, condensed%n
+      if (.not. late(i)) du(condensed%direction(i), condensed%node(i), :) = u(i, :)
+    end do
   end subroutine answer_forces
 
   !> Displacements of the candidates without contact and forces of contact at fixed candidates.

@@ -26,13 +26,13 @@ module linear_answers
   end type answers_t
 
   !> Steps of GMRES with all columns.
-  integer, parameter :: most_blocks = 40
+  integer, parameter :: most_block_steps = 40
   !> A factor serves again if no more than this share of the elements have changed their status.
   integer, parameter :: changes_share = 20
   !> What is left of a force, over the force, where columns are solved for one by one.
   real(wp), parameter :: accuracy = 1.0e-13_wp
   !> Iterations with blocks.
-  integer, parameter :: most_of_blocks = 200
+  integer, parameter :: most_blocked_iterations = 200
 
 contains
 
@@ -55,7 +55,7 @@ contains
       else
         call factorise_tangent(system, x, outcome)
       end if
-      if (outcome == solver_done) call form_rest(system)
+      if (outcome == solver_done) call form_rest(system%contact, system%condensed)
     end associate
   end subroutine prepare_answers
 
@@ -109,7 +109,7 @@ contains
     push = 0.0_wp
     do j = 1, size(b, 2)
       call take_scale(condensed, b(:, j), floor)
-      call answer(condensed, b(:, j), push, floor, most_of_blocks, y(:, j), t, there)
+      call answer(condensed, b(:, j), push, floor, most_blocked_iterations, y(:, j), t, there)
       arrived = arrived .and. there
     end do
   end subroutine answer_by_turns
@@ -141,7 +141,7 @@ contains
     real(wp), allocatable :: first(:, :)
 
     associate (tangent => condensed%tangent, touched => course%touched, iteration => &
-      course%iteration, columns => size(b, 1), n => size(b, 2), most => most_blocks*size(b, 1))
+      course%iteration, columns => size(b, 1), n => size(b, 2), most => most_block_steps*size(b, 1))
       allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most), yields(n, &
         most))
       t = b

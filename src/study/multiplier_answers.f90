@@ -15,9 +15,9 @@ module multiplier_answers
   public :: solve_increment, rest_candidates
 
   !> What may be left of the shifts of a parameter, over these.
-  real(wp), parameter :: share_left = 1.0e-13_wp
+  real(wp), parameter :: multiplier_residue = 1.0e-13_wp
   !> Steps of GMRES with all columns; and how often what is left is solved for once more.
-  integer, parameter :: most_blocks = 40, most_turns = 4
+  integer, parameter :: most_block_steps = 40, most_corrections = 4
 
 contains
 
@@ -37,11 +37,11 @@ contains
     call solve_once(.false.)
     if (work%shifted%n == 0) return
     allocate (shifts(3, work%shifted%n, size(s%slopes)), source=0.0_wp)
-    do turn = 1, most_turns
+    do turn = 1, most_corrections
       if (len(trouble) > 0) return
       wanted = shifts_wanted(work, s%du)
       lack = wanted - shifts
-      floor = share_left*lengths(columns_of(wanted))
+      floor = multiplier_residue*lengths(columns_of(wanted))
       if (all(lengths(columns_of(lack)) <= 10.0_wp*floor)) return
       call close_lack(system, s, work, floor, lack, arrived)
       if (.not. arrived) trouble = 'the multipliers of contact find no answer'
@@ -88,7 +88,7 @@ contains
 
     n = size(lack, 2)
     arrived = .true.
-    call begin_block(columns_of(lack), floor, most_blocks*size(lack, 3), iteration)
+    call begin_block(columns_of(lack), floor, most_block_steps*size(lack, 3), iteration)
     do while (iteration%m > iteration%n .and. arrived)
       columns = iteration%m - iteration%n
       base = reshape(iteration%base(:, iteration%n + 1:iteration%m), [3, n, columns])
@@ -97,7 +97,7 @@ contains
       if (s%full) then
         call answer_full(system, force, du, arrived)
       else
-        call answer_forces(system, s, force, du, arrived)
+        call answer_forces(system%condensed, s, force, du, arrived)
       end if
       image = base - shifts_answered(work, base, du)
       call add_images(columns_of(image), iteration)

@@ -16,14 +16,14 @@ module parameter_slopes
   public :: reading_t, read_parameter
 
   !> Share by which a parameter is changed to see what it goes into, and the same for one that is 0.
-  real(wp), parameter :: small = 2.0_wp**(-10), small_of_zero = 2.0_wp**(-10)
+  real(wp), parameter :: parameter_change = 2.0_wp**(-10), change_of_zero = 2.0_wp**(-10)
   !> The changes, in units of that, and the weights of a derivative of fourth order.
   integer, parameter :: changes(4) = [1, -1, 2, -2]
   real(wp), parameter :: weights(4) = [8.0_wp, -8.0_wp, -1.0_wp, 1.0_wp]/12.0_wp
   !> A second difference that grows less than this with twice the change comes from a kink.
-  real(wp), parameter :: kinked = 3.0_wp, hardly = 1.0e-9_wp
+  real(wp), parameter :: kinked = 3.0_wp, hardly_changed = 1.0e-9_wp
   !> What round-off leaves of a difference of equal values.
-  real(wp), parameter :: round_off = 1.0e-14_wp
+  real(wp), parameter :: difference_noise = 1.0e-14_wp
 
   !> How the deck has been read.
   type :: reading_t
@@ -53,8 +53,8 @@ contains
     real(wp) :: h
     integer :: v
 
-    h = small*abs(value)
-    if (.not. h > 0.0_wp) h = small_of_zero
+    h = parameter_change*abs(value)
+    if (.not. h > 0.0_wp) h = change_of_zero
     do v = 1, size(changes)
       overrides = reading%overrides
       call set_value(overrides, name, value + real(changes(v), wp)*h)
@@ -155,7 +155,7 @@ contains
       if (all(abs(values - middle) <= 0.0_wp)) change = 0.0_wp
       near = abs(values(1) - 2.0_wp*middle + values(2))
       far = abs(values(3) - 2.0_wp*middle + values(4))
-      if (far > hardly*maxval(abs(values)) .and. far < kinked*near) kink = .true.
+      if (far > hardly_changed*maxval(abs(values)) .and. far < kinked*near) kink = .true.
     end function slope_of
   end subroutine take_differences
 
@@ -192,8 +192,8 @@ contains
           end do
         end associate
       end do
-      where (abs(displacement)*h <= round_off*size_of(1)) displacement = 0.0_wp
-      where (abs(force)*h <= round_off*size_of(2)) force = 0.0_wp
+      where (abs(displacement)*h <= difference_noise*size_of(1)) displacement = 0.0_wp
+      where (abs(force)*h <= difference_noise*size_of(2)) force = 0.0_wp
       do node = 1, model%mesh%nodes
         call add_values(loads(k)%displacement, node, displacement(:, node))
         call add_values(loads(k)%force, node, force(:, node))

@@ -22,7 +22,7 @@ module sensitivity_reader
   character(7), parameter :: words(6) = [character(7) :: 'mu1', 'mu2', 'mu', 'phi', 'slip', &
     'penalty']
   !> Shares that differ by less are the same.
-  real(wp), parameter :: same = 1.0e-14_wp
+  real(wp), parameter :: same_share = 1.0e-14_wp
 
 contains
 
@@ -113,10 +113,10 @@ contains
     share = sum(slope%penalty) + sum(slope%modulus, elastic)
     if (share <= 0.0_wp) return
     share = (sum(wanted%penalty) + sum(wanted%modulus, elastic))/share
-    if (any(abs(share*slope%penalty - wanted%penalty) > same)) return
-    if (any(abs(share*slope%modulus - wanted%modulus) > same .and. elastic)) return
+    if (any(abs(share*slope%penalty - wanted%penalty) > same_share)) return
+    if (any(abs(share*slope%modulus - wanted%modulus) > same_share .and. elastic)) return
     if (any(model%conditions%loads%force%n > 0) .and. &
-      abs(share*slope%forces - wanted%forces) > same) return
+      abs(share*slope%forces - wanted%forces) > same_share) return
     factor = share
   end function times_slope
 

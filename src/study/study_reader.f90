@@ -12,7 +12,7 @@ module study_reader
   public :: read_study
 
   !> Values of one parameter, and variants of a study, at most.
-  integer, parameter :: most_values = 100000
+  integer, parameter :: most_variants = 100000
 
 contains
 
@@ -196,12 +196,12 @@ contains
 
     n = -1
     if (abs(step) > 0.0_wp) then
-      if ((to - from)/step < real(most_values, wp)) n = floor((to - from)/step + 1.0e-3_wp)
+      if ((to - from)/step < real(most_variants, wp)) n = floor((to - from)/step + 1.0e-3_wp)
     end if
     if (n < 0) then
       call report_error(diagnostics, at, 'from '//to_text(from)//' no step of '//to_text(step)// &
         ' leads to '//to_text(to), 'give a step in the right direction, for less than '// &
-        to_text(most_values)//' values')
+        to_text(most_variants)//' values')
       return
     end if
     varied%values = [(from + real(i, wp)*step, i=0, n)]
@@ -271,8 +271,8 @@ contains
         ''' has '//to_text(size(study%varied(1)%values)), &
         'in a LIST or a CHAIN all have as many')
     end do
-    if (any(study%form == [study_list, study_chain]) .or. n <= real(most_values, wp)) return
-    call report_error(diagnostics, study%at, 'the study has more than '//to_text(most_values)// &
+    if (any(study%form == [study_list, study_chain]) .or. n <= real(most_variants, wp)) return
+    call report_error(diagnostics, study%at, 'the study has more than '//to_text(most_variants)// &
       ' variants', 'give fewer values')
   end subroutine check_study
 end module study_reader

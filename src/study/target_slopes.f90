@@ -12,14 +12,14 @@ module target_slopes
   public :: way_t, find_way, carry_slope, projection_slope
 
   !> Facets on a way between two targets, at most; and ways that are tried.
-  integer, parameter :: longest = 64, most_ways = 4000
+  integer, parameter :: longest_facet_way = 64, most_ways = 4000
   !> Tips that differ by less, in shape functions, are the same.
-  real(wp), parameter :: same = 1.0e-9_wp
+  real(wp), parameter :: same_tip = 1.0e-9_wp
 
   !> The facets that an apex has been unfolded over.
   type :: way_t
     integer :: n = 0 !! how many, the first and the last target included; 0 if none was found
-    integer :: facet(longest) = 0 !! (n) from target to target
+    integer :: facet(longest_facet_way) = 0 !! (n) from target to target
   end type way_t
 
 contains
@@ -43,8 +43,8 @@ contains
     call search(near)
     if (exact) return
     call measure_distances(pair, to, from, distance)
-    if (distance(from) < 0 .or. distance(from) >= longest) return
-    do limit = distance(from), min(distance(from) + 3, longest - 1)
+    if (distance(from) < 0 .or. distance(from) >= longest_facet_way) return
+    do limit = distance(from), min(distance(from) + 3, longest_facet_way - 1)
       call search(limit)
       if (exact .or. tried >= most_ways) return
     end do
@@ -109,7 +109,7 @@ contains
     real(wp), intent(in) :: n(3) !! shape functions
     real(wp), intent(in) :: apex(2) !! the apex
 
-    leads_to = maxval(abs(n(1:2) - apex)) <= same*(1.0_wp + maxval(abs(apex)))
+    leads_to = maxval(abs(n(1:2) - apex)) <= same_tip*(1.0_wp + maxval(abs(apex)))
   end function leads_to
 
   !> Steps over neighbours from each facet to one of them, as far as another one and a little more.

@@ -11,13 +11,13 @@ module touched_candidates
 
   !> Columns of a matrix that are multiplied at once, and rows times columns of both factors: for so
   !! small a product BLAS does not copy the matrix first, which took longer than the product.
-  integer, parameter :: most_columns = 64, small_product = 900000
+  integer, parameter :: most_columns_at_once = 64, small_product = 900000
   !> Columns of a matrix that is read once for a few others, and their rows that stay in the cache
   !! for a second product: with twice as many columns side by side, each on a page of its own,
   !! reading them took up to four times as long.
-  integer, parameter :: strip = 32, most_rows = 1024
+  integer, parameter :: rows_of_strip = 32, most_touched_rows = 1024
   !> Rows over those that are not needed, at least.
-  integer, parameter :: most_idle = 10
+  integer, parameter :: idle_rows = 10
 
   !> Compliance of the touched candidates of one body.
   type :: part_t
@@ -87,7 +87,7 @@ contains
 
     serves = .false.
     if (.not. allocated(rows)) return
-    if (size(rows) > merge(0, size(wanted)/most_idle, exactly) + size(wanted)) return
+    if (size(rows) > merge(0, size(wanted)/idle_rows, exactly) + size(wanted)) return
     k = 1
     do i = 1, size(rows)
       if (k > size(wanted)) exit
@@ -124,11 +124,12 @@ contains
     integer :: row, height, first
     real(wp) :: before
 
-    height = max(1, min(most_rows, small_product/few/strip))
+    height = max(1, min(most_touched_rows, small_product/few/rows_of_strip))
     before = 0.0_wp
-    do first = 1, n, strip
+    do first = 1, n, rows_of_strip
       do row = 1, rows, height
-        call dgemm('N', 'T', min(height, rows - row + 1), few, min(strip, n - first + 1), 1.0_wp, &
+        call dgemm('N', 'T', min(height, rows - row + 1), few, min(rows_of_strip, n - first + 1), &
+          1.0_wp, &
           a(row, first), rows, x(1, first), few, before, y(row, 1), rows)
       end do
       before = 1.0_wp
@@ -176,12 +177,12 @@ contains
       if (allocated(part%c)) then
         if (size(part%c, 1) < n) deallocate (part%c)
       end if
-      if (.not. allocated(part%c)) allocate (part%c(n + n/most_idle, n + n/most_idle))
+      if (.not. allocated(part%c)) allocate (part%c(n + n/idle_rows, n + n/idle_rows))
       do j = 1, n
         do i = j, n
           part%c(i, j) = compliance(rows(i), rows(j))
         end do
-        do i = j - mod(j - 1, most_columns), j - 1
+        do i = j - mod(j - 1, most_columns_at_once), j - 1
           part%c(i, j) = part%c(j, i)
         end do
       end do
@@ -230,10 +231,10 @@ contains
       return
     end if
     allocate (turned(n, few), source=0.0_wp)
-    do first = 1, n, strip
-      width = min(strip, n - first + 1)
-      do row = first, n, most_rows
-        rows = min(most_rows, n - row + 1)
+    do first = 1, n, rows_of_strip
+      width = min(rows_of_strip, n - first + 1)
+      do row = first, n, most_touched_rows
+        rows = min(most_touched_rows, n - row + 1)
         call dgemm('T', 'T', width, few, rows, 1.0_wp, c(row, first), rows_of_c, x(1, row), few, &
           1.0_wp, turned(first, 1), n)
         under = max(row, first + width)
@@ -252,11 +253,11 @@ contains
     real(wp), intent(in) :: f(:, :) !! (columns, rows) [force]
     integer, intent(in) :: others(:) !! candidates of the body, ascending
     real(wp), intent(inout) :: u(:, :) !! (columns, others) [length]
-    real(wp) :: c(size(rows), most_columns), change(size(f, 1), most_columns)
+    real(wp) :: c(size(rows), most_columns_at_once), change(size(f, 1), most_columns_at_once)
     integer :: first, width
 
-    do first = 1, size(others), most_columns
-      width = min(most_columns, size(others) - first + 1)
+    do first = 1, size(others), most_columns_at_once
+      width = min(most_columns_at_once, size(others) - first + 1)
       call gather_block(body%compliance, rows, others(first:first + width - 1), c)
       change = 0.0_wp
       call add_times(size(f, 1), size(rows), width, f, c, change)
@@ -305,7 +306,7 @@ contains
       call dgemv('T', rows, n, 1.0_wp, c, rows, x, 1, 1.0_wp, y, 1)
       return
     end if
-    width = max(1, min(most_columns, small_product/few/rows))
+    width = max(1, min(most_columns_at_once, small_product/few/rows))
     do first = 1, n, width
       call dgemm('N', 'N', few, min(width, n - first + 1), rows, 1.0_wp, x, few, c(1, first), &
         rows, 1.0_wp, y(1, first), few)

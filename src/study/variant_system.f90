@@ -40,6 +40,7 @@ contains
     system%du = 0.0_wp
     system%contact_force = 0.0_wp
     system%inner%bulk_force = 0.0_wp
+    if (allocated(system%bulk%memory)) system%bulk%memory = 0.0_wp
     system%right = 0.0_wp
     system%body%told = .false.
     system%place%targets = 0

@@ -23,7 +23,7 @@ module parallel
   public :: start_parallel, any_rank, end_parallel
 
   !> Seconds that a process that has failed waits for the others.
-  real(wp), parameter :: patience = 0.25_wp
+  real(wp), parameter :: seconds_for_others = 0.25_wp
 
   !> What all processes meet on at their end; what they send each other before must not get into it.
   type(c_ptr) :: meeting = c_null_ptr
@@ -97,7 +97,7 @@ contains
     ignored = mpi_ibarrier(meeting, request)
     do while (arrived == 0_c_int)
       ignored = mpi_test(request, arrived, c_null_ptr)
-      if (wall_seconds() - begin > patience .and. allocated(error)) exit
+      if (wall_seconds() - begin > seconds_for_others .and. allocated(error)) exit
     end do
     if (arrived /= 0_c_int) then
       ignored = petsc_finalize()

@@ -56,17 +56,17 @@ contains
   subroutine read_option(file, fault)
     character(:), allocatable, intent(out) :: file !! its path
     integer(c_int), intent(inout) :: fault !! 0, or the first error
-    integer, parameter :: longest = 1024
-    character(kind=c_char) :: text(longest)
+    integer, parameter :: longest_line = 1024
+    character(kind=c_char) :: text(longest_line)
     integer(c_int) :: is_set
     integer :: i
 
     file = ''
     is_set = 0_c_int
     call note(fault, petsc_options_get(c_null_ptr, c_null_ptr, option//c_null_char, text, &
-      int(longest, c_size_t), is_set))
+      int(longest_line, c_size_t), is_set))
     if (is_set == 0_c_int) return
-    do i = 1, longest
+    do i = 1, longest_line
       if (text(i) == c_null_char) exit
       file = file//text(i)
     end do

@@ -28,7 +28,7 @@ module petsc_solver
   public :: petsc_t
 
   !> Iterations after which a way of preconditioning is given up for the next.
-  integer(c_int), parameter :: most_iterations = 120_c_int
+  integer(c_int), parameter :: most_petsc_iterations = 120_c_int
   !> Multigrid of a bulk that is not linear is made anew after a solve that took this many
   !! iterations, and this many times those of the first solve with it.
   real(wp), parameter :: aged_share = 1.5_wp
@@ -317,7 +317,7 @@ contains
       call put_vector(solver%layout, b, solver%right, fault)
       call begin_with_block(solver%precon, solver%right, solver%answer, fault)
       call note(fault, ksp_set_tolerances(solver%method, tiny(1.0_c_double), &
-        solver%accuracy*norm2(b), 1.0e10_c_double, most_iterations))
+        solver%accuracy*norm2(b), 1.0e10_c_double, most_petsc_iterations))
       ! tests ask for more digits by PETSC_OPTIONS
       call note(fault, ksp_from_options(solver%method))
       if (fault == 0_c_int) call note(fault, ksp_solve(solver%method, solver%right, solver%answer))

@@ -8,7 +8,7 @@ module block_reader
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
-    place_element, max_nodes, max_elements, max_coordinate
+    place_element, most_mesh_nodes, max_elements, max_coordinate
   use mesh_generation, only: block_t, complete_block, block_nodes, block_elements, block_point, &
     block_tetrahedron, block_fits, check_block, orientation_left, orientation_bad
   use cells, only: mirrored
@@ -98,9 +98,9 @@ contains
     if (any(numbers(:3) < 1)) then
       call refuse(record%at, 'a block needs at least one cell along each edge', &
         'say CART n1 n2 n3', diagnostics, request)
-    else if (.not. block_fits(request%block, max_nodes, max_elements)) then
+    else if (.not. block_fits(request%block, most_mesh_nodes, max_elements)) then
       call refuse(record%at, 'the block is too large', 'a mesh has at most '// &
-        to_text(max_nodes)//' nodes and '//to_text(max_elements)//' elements', diagnostics, &
+        to_text(most_mesh_nodes)//' nodes and '//to_text(max_elements)//' elements', diagnostics, &
         request)
     else if (numbers(4) < 0 .or. request%material < 0) then
       call refuse(record%at, 'first node and material of a block cannot be negative', &
@@ -164,7 +164,7 @@ contains
     if (request%first_node == 0) request%first_node = mesh%nodes + 1
     count = block_nodes(request%block)
     ! request%first_node <= 2**31 - 1 - count is not sure yet
-    call reserve_nodes(mesh, min(request%first_node, max_nodes + 1) + count - 1, error)
+    call reserve_nodes(mesh, min(request%first_node, most_mesh_nodes + 1) + count - 1, error)
     if (allocated(error)) then
       call refuse(set%records(request%record)%at, error%message, &
         'give the block a lower first node, or fewer cells', diagnostics, request)

@@ -9,7 +9,7 @@ module elements_reader
   use cells, only: shapes, most_nodes
   use mesh_types, only: mesh_t
   use brick_cutting, only: is_split, brick_tetrahedron, brick_nodes, tetrahedra_of_brick
-  use mesh_building, only: element_origin_t, reserve_elements, place_element, max_nodes
+  use mesh_building, only: element_origin_t, reserve_elements, place_element, most_mesh_nodes
   implicit none
   private
   public :: read_elements
@@ -148,7 +148,7 @@ contains
     type(element_record_t), intent(inout) :: now !! what it says; number 0 if it cannot be used
     type(error_t), allocatable :: error
 
-    if (now%number - longest_jump > mesh%elements .or. now%number > max_nodes) then
+    if (now%number - longest_jump > mesh%elements .or. now%number > most_mesh_nodes) then
       call raise(error, exit_deck, 'element '//to_text(now%number)// &
         ' is far beyond the highest so far, '//to_text(mesh%elements))
     else
@@ -173,7 +173,7 @@ contains
     type(element_record_t) :: made
     integer :: room
 
-    room = max_nodes - maxval(before%nodes)
+    room = most_mesh_nodes - maxval(before%nodes)
     if (before%increment < 0) room = minval(before%nodes, before%nodes > 0) - 1
     made = before
     do while (made%number < next - 1)

@@ -23,7 +23,7 @@ contains
     type(file_mesh_t), intent(inout) :: file !! takes them
     type(cursor_t), intent(inout) :: cursor !! takes the fault
     type(tag_table_t) :: nodes, cells
-    integer, parameter :: order(3) = [group_cells, group_nodes, group_faces]
+    integer, parameter :: group_order(3) = [group_cells, group_nodes, group_faces]
     integer :: i, pass, g
 
     call build_table(file%node_tag(:file%nodes), nodes)
@@ -31,8 +31,8 @@ contains
     do pass = 1, 3
       do i = 1, requests%count
         if (cursor%failed) return
-        if (file%group(requests%list(i)%group)%kind /= order(pass)) cycle
-        if (order(pass) == group_nodes) then
+        if (file%group(requests%list(i)%group)%kind /= group_order(pass)) cycle
+        if (group_order(pass) == group_nodes) then
           call fill_nodes(text, requests%list(i), nodes, assembly, file, cursor)
         else
           call fill_cells(text, requests%list(i), cells, assembly, file, cursor)

@@ -11,7 +11,7 @@ module abaqus_includes
   public :: join_includes
 
   !> Files may include each other so deep.
-  integer, parameter :: deepest = 9
+  integer, parameter :: deepest_include = 9
   !> Cards whose data may stand in a file of their own.
   character(7), parameter :: takers(5) = [character(7) :: 'node', 'element', 'nset', 'elset', &
     'surface']
@@ -112,8 +112,9 @@ contains
     inner = 0
     path = card_parameter(card, 'input')
     if (path == '') call fail(cursor, card%at, 'INPUT= without a file', 'write INPUT=file')
-    if (depth >= deepest) call fail(cursor, card%at, 'files include each other more than '// &
-      to_text(deepest)//' deep', 'does one include itself?')
+    if (depth >= deepest_include) call fail(cursor, card%at, &
+      'files include each other more than '// &
+      to_text(deepest_include)//' deep', 'does one include itself?')
     if (cursor%failed) return
     path = beside(source, file, path)
     call add_file(source, path, problem)

@@ -13,7 +13,7 @@ module file_cursor
     skip_blanks, number_of, real_of
 
   !> Most characters of the file that a message shows.
-  integer, parameter :: most_shown = 24
+  integer, parameter :: most_characters = 24
 
   !> A place in a file, and what was wrong there.
   type :: cursor_t
@@ -236,7 +236,8 @@ contains
     end do
     if (i <= last .or. start > last .or. long > huge(value)) then
       call fail(cursor, first, label//' is expected, an integer, where '''// &
-        text(first:min(last, first + most_shown - 1))//''' stands', 'is the file complete and '// &
+        text(first:min(last, first + most_characters - 1))//''' stands', &
+        'is the file complete and '// &
         'of the format it says?')
       return
     end if
@@ -264,7 +265,8 @@ contains
     if (first > last .or. allocated(problem) .or. i <= last) then
       value = 0.0_wp
       call fail(cursor, first, label//' is expected, a number, where '''// &
-        text(first:min(last, first + most_shown - 1))//''' stands', 'is the file complete and '// &
+        text(first:min(last, first + most_characters - 1))//''' stands', &
+        'is the file complete and '// &
         'of the format it says?')
       return
     end if

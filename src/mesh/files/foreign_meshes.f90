@@ -7,7 +7,7 @@ module foreign_meshes
   public :: describe_foreign
 
   !> So much of a file is looked at.
-  integer, parameter :: head = 20000
+  integer, parameter :: mesh_head = 20000
 
 contains
 
@@ -20,7 +20,7 @@ contains
     character(:), allocatable, intent(out) :: remedy !! what to do
     character(:), allocatable :: t
 
-    t = lower(text(:min(len(text), head)))
+    t = lower(text(:min(len(text), mesh_head)))
     what = ''
     remedy = ''
     if (len(t) == 0) return

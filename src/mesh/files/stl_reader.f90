@@ -65,13 +65,13 @@ contains
   subroutine refuse_length(text, cursor)
     character(*), intent(in) :: text !! the file
     type(cursor_t), intent(inout) :: cursor !! takes the fault
-    character(*), parameter :: remedy = 'is the file complete? write it again'
+    character(*), parameter :: stl_remedy = 'is the file complete? write it again'
     character(:), allocatable :: counts
     integer(int64) :: wanted, there
 
     if (len(text) < head_bytes + count_bytes) then
       call fail(cursor, 1, 'a binary STL file is cut short: it has '//to_text(len(text))// &
-        ' bytes, and its head alone takes '//to_text(head_bytes + count_bytes), remedy)
+        ' bytes, and its head alone takes '//to_text(head_bytes + count_bytes), stl_remedy)
       return
     end if
     wanted = modulo(triangles_of(text), 2_int64**32)
@@ -79,11 +79,11 @@ contains
     counts = to_text(real(wanted, wp))//' triangles are announced, and there are bytes for '// &
       to_text(int(there))
     if (wanted == 0 .and. there == 0) then
-      call fail(cursor, 1, 'the file has no triangles: its head says 0', remedy)
+      call fail(cursor, 1, 'the file has no triangles: its head says 0', stl_remedy)
     else if (wanted > there) then
-      call fail(cursor, 1, 'a binary STL file is cut short: '//counts, remedy)
+      call fail(cursor, 1, 'a binary STL file is cut short: '//counts, stl_remedy)
     else
-      call fail(cursor, 1, 'a binary STL file is longer than it says: '//counts, remedy)
+      call fail(cursor, 1, 'a binary STL file is longer than it says: '//counts, stl_remedy)
     end if
   end subroutine refuse_length
 

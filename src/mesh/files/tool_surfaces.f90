@@ -20,7 +20,7 @@ module tool_surfaces
   public :: is_tool, place_tool, place_rigid
 
   !> A triangle whose area is below this share of its longest edge squared is a line.
-  real(wp), parameter :: flat = 1.0e-12_wp
+  real(wp), parameter :: line_area_ratio = 1.0e-12_wp
   !> Corners that are closer than this share of the tool are one: no facet is so small.
   real(wp), parameter :: least_feature = 1.0e-6_wp
 
@@ -228,7 +228,7 @@ contains
   pure logical function is_flat(x)
     real(wp), intent(in) :: x(3, 3) !! corners [length]
 
-    is_flat = .not. norm2(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))) > flat*max( &
+    is_flat = .not. norm2(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1))) > line_area_ratio*max( &
       sum((x(:, 2) - x(:, 1))**2), sum((x(:, 3) - x(:, 1))**2), sum((x(:, 3) - x(:, 2))**2))
   end function is_flat
 end module tool_surfaces

@@ -11,12 +11,12 @@ module answer_starts
 
   !> Steps of a start, and how many of them change all statuses that do not fit: then one after the
   !! other, which ends where all at once go round.
-  integer, parameter :: most_steps = 60, all_steps = 12
+  integer, parameter :: most_answer_steps = 60, all_steps = 12
   !> Farthest turn of a slip's direction in a step [radian].
   real(wp), parameter :: most_turn = 0.5_wp
   !> Forces and gaps below these shares of the largest are none; forces that differ by more are of
   !! two answers.
-  real(wp), parameter :: nothing = 1.0e-9_wp, another = 1.0e-5_wp
+  real(wp), parameter :: no_force_share = 1.0e-9_wp, another = 1.0e-5_wp
 
 contains
 
@@ -30,7 +30,7 @@ contains
 
     call find_gap(problem, answer)
     found = .false.
-    do step = 1, most_steps
+    do step = 1, most_answer_steps
       call move(problem, answer, going)
       if (.not. going) return
       call find_gap(problem, answer)
@@ -126,8 +126,8 @@ contains
 
     n = problem%axes + 1
     before = answer%status
-    least_force = nothing*maxval(abs(answer%lambda))
-    least_gap = nothing*maxval(abs(answer%gap) + abs(problem%b))
+    least_force = no_force_share*maxval(abs(answer%lambda))
+    least_gap = no_force_share*maxval(abs(answer%gap) + abs(problem%b))
     do p = 1, problem%points
       if (one_only .and. any(before /= answer%status)) exit
       associate (force => answer%lambda(n*(p - 1) + 1:n*p), gap => answer%gap(n*(p - 1) + 1:n*p), &
@@ -187,7 +187,7 @@ contains
 
     n = problem%axes + 1
     z = unknowns_of(problem, answer)
-    least = nothing*maxval(abs(problem%b) + abs(answer%gap) + abs(answer%gap - problem%b))
+    least = no_force_share*maxval(abs(problem%b) + abs(answer%gap) + abs(answer%gap - problem%b))
     met = .true.
     do j = 1, z%n
       met = met .and. abs(dot_product(z%v(:, j), answer%gap(n*(z%point(j) - 1) &

@@ -20,12 +20,12 @@ module answers_audit
 
   !> Statuses are looked at where a point bears less than so many times its friction: in each of 74
   !! random systems with several answers, out of 3,600, one bore less than 2.5 times of it.
-  real(wp), parameter :: near_share = 1.0_wp/3.0_wp
+  real(wp), parameter :: critical_share = 1.0_wp/3.0_wp
   !> Closed points that are looked at in each end time; those that are more, in the last, and in
   !! every so many where a point bears less than its friction: they cost as much as an iteration.
   integer, parameter :: few_points = 20, every_step = 10
   !> Closed points whose statuses are looked at; points of second starts; points that are tried.
-  integer, parameter :: most_points = 300, most_searched = 64, most_tried = 32
+  integer, parameter :: most_closed_points = 300, most_searched = 64, most_tried = 32
   !> A closed point whose pressure gives way by less than this share of the model's size is one that
   !! just touches: its status is round-off, and it counts as open.
   real(wp), parameter :: least_way = 1.0e-12_wp
@@ -57,7 +57,7 @@ contains
     if (.not. system%form%knows_inside) then
       call list_places(model, system, point_state, places)
       call find_weakest(system, point_state, places, audit)
-      due = audit%answers%point_share > near_share .and. count(places%closed) <= few_points
+      due = audit%answers%point_share > critical_share .and. count(places%closed) <= few_points
       due = due .or. audit%answers%point_share > 1.0_wp .and. mod(audit%step, every_step) == 0
       if (due .or. last .or. wanted) call look_at_statuses(model, system, state, point_state, &
         places, last .or. before >= 0, wanted, audit%answers)
@@ -160,7 +160,7 @@ contains
 
     closed = pack(places, places%closed)
     answers%closed = size(closed)
-    answers%too_many = size(closed) > most_points
+    answers%too_many = size(closed) > most_closed_points
     if (answers%too_many) return
     if (size(closed) > 0) then
       call set_problem(model, system, state, point_state, closed, problem, answer)

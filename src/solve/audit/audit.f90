@@ -234,12 +234,12 @@ contains
     type(system_t), intent(in) :: system !! contact elements
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(audit_t), intent(inout) :: audit !! gets values, worst, verdicts
-    integer, parameter :: checks(2) = [check_penetration, check_elastic_slip]
+    integer, parameter :: penalty_checks(2) = [check_penetration, check_elastic_slip]
     real(wp) :: way(2)
     integer :: k, e, i
 
-    audit%value(checks) = 0.0_wp
-    audit%worst(checks) = 0
+    audit%value(penalty_checks) = 0.0_wp
+    audit%worst(penalty_checks) = 0
     do k = 1, size(model%pairs)
       way = 0.0_wp
       if (model%pairs(k)%mortar) then
@@ -252,12 +252,13 @@ contains
         way = max(way, [-point_state(4, e), point_state(5, e)])
       end do
       do i = 1, 2
-        if (way(i) <= audit%value(checks(i))*audit%fixed%facet(k)) cycle
-        audit%value(checks(i)) = way(i)/audit%fixed%facet(k)
-        audit%worst(checks(i)) = k
+        if (way(i) <= audit%value(penalty_checks(i))*audit%fixed%facet(k)) cycle
+        audit%value(penalty_checks(i)) = way(i)/audit%fixed%facet(k)
+        audit%worst(penalty_checks(i)) = k
       end do
     end do
-    audit%verdict(checks) = merge(verdict_warning, verdict_ok, audit%value(checks) > most_way)
+    audit%verdict(penalty_checks) &
+      = merge(verdict_warning, verdict_ok, audit%value(penalty_checks) > most_way)
   end subroutine judge_contact
 
   !> Depth of edges and nodes between the points of slave facets, over the size of a facet.

@@ -2,6 +2,7 @@
 module balance_audit
   use kinds, only: wp, machine_epsilon
   use vectors, only: norm_of, largest_of
+  use solution_settings, only: tol_energy, tol_residual
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
@@ -19,7 +20,7 @@ module balance_audit
   !> The relative residual that goes with an energy tolerance v is this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
   !> The sums of a body are round-off below this many times the estimate for the residual.
-  real(wp), parameter :: round_off_factor = 64.0_wp
+  real(wp), parameter :: sum_noise_factor = 64.0_wp
   !> Round-off beyond this share of the forces is none, unless strains are below the second number.
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> Displacements beyond this many sizes of the model, and beyond what is prescribed, are none.
@@ -48,7 +49,7 @@ contains
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
     audit%sum%force_before = audit%scale
     if (sane >= 1.0_wp) audit%sum%force_before = now
-    noise = round_off_factor*(sane*system%scale%round_off + place_noise(system, &
+    noise = sum_noise_factor*(sane*system%scale%round_off + place_noise(system, &
       audit%fixed%model_size) &
       + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*largest_of(state%u))
     audit%noise = noise
@@ -182,8 +183,8 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances asked for
     real(wp) :: asked
 
-    asked = residual_share*sqrt(settings%energy_tolerance)
-    if (settings%residual_tolerance > 0.0_wp) asked = settings%residual_tolerance
+    asked = residual_share*sqrt(settings%asked(tol_energy))
+    if (settings%asked(tol_residual) > 0.0_wp) asked = settings%asked(tol_residual)
     tolerance = balance_tolerance
     if (any(model%pairs%augmented)) tolerance = augmented_tolerance
     tolerance = max(tolerance, over_asked*asked)

@@ -13,7 +13,7 @@ module edge_audit
 
   !> Cosine between the normals of facets that look at each other: from a side wall the nodes below
   !! the bottom of a body seem deep in it.
-  real(wp), parameter :: facing = -0.5_wp
+  real(wp), parameter :: facing_away_cosine = -0.5_wp
 
 contains
 
@@ -80,7 +80,7 @@ contains
     normal = cross(a, b)
     double_area = norm2(normal)
     other = cross(m(:, 1) - m(:, 3), m(:, 2) - m(:, 3))
-    if (dot_product(normal, other) > facing*double_area*norm2(other)) return
+    if (dot_product(normal, other) > facing_away_cosine*double_area*norm2(other)) return
     normal = normal/double_area
     do k = 1, 3
       y = m(:, k) - c(:, 3)

@@ -24,12 +24,12 @@ contains
     integer, intent(in) :: first !! the first of these elements
     real(wp), intent(in) :: state(:, :) !! (n_solid_state, some) their states
     type(audit_t), intent(inout) :: audit !! gets values, worst, verdicts
-    integer, parameter :: checks(2) = [check_strain, check_rotation]
+    integer, parameter :: strain_checks(2) = [check_strain, check_rotation]
     real(wp) :: largest, turn
     integer :: i, k
 
-    if (first == 1) audit%worst(checks) = 0
-    if (first == 1) audit%value(checks) = 0.0_wp
+    if (first == 1) audit%worst(strain_checks) = 0
+    if (first == 1) audit%value(strain_checks) = 0.0_wp
     largest = audit%value(check_strain)
     turn = (audit%value(check_rotation)*pi/180.0_wp)**2
     do i = 1, size(state, 2)
@@ -49,9 +49,9 @@ contains
         end associate
       end associate
     end do
-    audit%value(checks) = [largest, sqrt(turn)*180.0_wp/pi]
-    audit%verdict(checks) = merge(verdict_warning, verdict_ok, &
-      audit%value(checks) > [most_strain, most_rotation])
+    audit%value(strain_checks) = [largest, sqrt(turn)*180.0_wp/pi]
+    audit%verdict(strain_checks) = merge(verdict_warning, verdict_ok, &
+      audit%value(strain_checks) > [most_strain, most_rotation])
     audit%fields_known = .true.
   end subroutine audit_fields
 

@@ -11,7 +11,7 @@ module penalty_audit
   public :: held_energy, judge_penalty
 
   !> Beyond this share a warning: forces are looked for to a percent.
-  real(wp), parameter :: most_share = 0.01_wp
+  real(wp), parameter :: penalty_share = 0.01_wp
   !> Energies below this share of the largest one so far are round-off: they are sums of works that
   !! cancel, and what forces of 1e-6 of the largest do is nobody's result.
   real(wp), parameter :: least_energy = 1.0e-12_wp
@@ -38,7 +38,7 @@ contains
     if (sum(energy) <= 0.0_wp .or. stored <= least_energy*audit%sum%largest_energy) return
     audit%value(check_penalty) = sum(energy)/stored
     audit%worst(check_penalty) = maxloc(energy, 1)
-    if (audit%value(check_penalty) > most_share) audit%verdict(check_penalty) = verdict_warning
+    if (audit%value(check_penalty) > penalty_share) audit%verdict(check_penalty) = verdict_warning
   end subroutine judge_penalty
 
   !> Energy of the penalties of a pair at closed points whose nodes are not all prescribed or those

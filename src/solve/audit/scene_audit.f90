@@ -25,13 +25,13 @@ contains
   pure subroutine judge_scene(model, audit)
     type(model_t), intent(in) :: model !! the problem
     type(audit_t), intent(inout) :: audit !! begun; gets values, worst, verdicts
-    integer, parameter :: checks(3) = [check_facets, check_locking, check_moved]
+    integer, parameter :: scene_checks(3) = [check_facets, check_locking, check_moved]
     real(wp) :: moved
     integer :: k
 
-    audit%value(checks) = 0.0_wp
-    audit%worst(checks) = 0
-    audit%verdict(checks) = verdict_ok
+    audit%value(scene_checks) = 0.0_wp
+    audit%worst(scene_checks) = 0
+    audit%verdict(scene_checks) = verdict_ok
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         if (excess(pair, audit%fixed%ratio(k)) > audit%value(check_facets)) then
@@ -44,8 +44,8 @@ contains
       end associate
     end do
     call judge_locking(model, audit)
-    where (audit%value(checks) > [1.0_wp + 1.0e-6_wp, locking_ratio, most_moved]) &
-      audit%verdict(checks) = verdict_warning
+    where (audit%value(scene_checks) > [1.0_wp + 1.0e-6_wp, locking_ratio, most_moved]) &
+      audit%verdict(scene_checks) = verdict_warning
   end subroutine judge_scene
 
   !> Judges whether segmented pairs have had room for their points.

@@ -4,15 +4,16 @@ module body_turns
   use kinds, only: wp
   use elmlib, only: routine_none, routine_finite
   use vectors, only: identity, determinant, dyad, invert
-  use condensed_types, only: turns_not, turns_freely
+  use condensed_types, only: turns_not, turns_freely, condensed_t
   use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: start_turns, follow_turns, mark_turns, to_frames, from_frames, turn_elements, &
     mean_rotation
 
   !> Steps of the iteration for a rotation, which doubles its digits in each.
-  integer, parameter :: most_steps = 40
+  integer, parameter :: most_turn_steps = 40
 
 contains
 
@@ -66,7 +67,7 @@ contains
     real(wp) :: turned(3, 3, system%body%bodies)
     integer :: b
 
-    call find_turns(x, system%u, system, turned)
+    call find_turns(x, system%u, system%condensed, system%body, turned)
     do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
         body%turn = matmul(turned(:, :, b), transpose(body%turned_then))
@@ -75,51 +76,52 @@ contains
   end subroutine follow_turns
 
   !> New factors belong to the rotations of a state.
-  subroutine mark_turns(x, u, system)
+  subroutine mark_turns(x, u, condensed, body)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets turned_then of its bodies
-    real(wp) :: turned(3, 3, system%body%bodies)
+    type(condensed_t), intent(inout) :: condensed !! gets turned_then of its bodies
+    type(bodies_t), intent(in) :: body !! connected bodies
+    real(wp) :: turned(3, 3, body%bodies)
     integer :: b
 
-    call find_turns(x, u, system, turned)
-    do b = 1, system%body%bodies
-      system%condensed%bodies(b)%turned_then = turned(:, :, b)
+    call find_turns(x, u, condensed, body, turned)
+    do b = 1, body%bodies
+      condensed%bodies(b)%turned_then = turned(:, :, b)
     end do
   end subroutine mark_turns
 
   !> Mean rotations of the bodies at a state.
-  subroutine find_turns(x, u, system, turned)
+  subroutine find_turns(x, u, condensed, body, turned)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(in) :: system !! bodies
+    type(condensed_t), intent(in) :: condensed !! where its bodies turn about
+    type(bodies_t), intent(in) :: body !! connected bodies
     real(wp), intent(out) :: turned(:, :, :) !! (3, 3, bodies)
-    real(wp) :: mean(3, system%body%bodies), moved(3, system%body%bodies), h(3, 3, &
-      system%body%bodies)
-    integer :: i, b, nodes(system%body%bodies)
+    real(wp) :: mean(3, body%bodies), moved(3, body%bodies), h(3, 3, body%bodies)
+    integer :: i, b, nodes(body%bodies)
 
     mean = 0.0_wp
     moved = 0.0_wp
     h = 0.0_wp
     nodes = 0
     do i = 1, size(x, 2)
-      b = system%body%node_body(i)
+      b = body%node_body(i)
       if (b == 0) cycle
       nodes(b) = nodes(b) + 1
       mean(:, b) = mean(:, b) + x(:, i)
       moved(:, b) = moved(:, b) + x(:, i) + u(:, i)
     end do
-    do b = 1, system%body%bodies
+    do b = 1, body%bodies
       mean(:, b) = mean(:, b)/real(max(1, nodes(b)), wp)
       moved(:, b) = moved(:, b)/real(max(1, nodes(b)), wp)
     end do
     do i = 1, size(x, 2)
-      b = system%body%node_body(i)
+      b = body%node_body(i)
       if (b == 0) cycle
       h(:, :, b) = h(:, :, b) + dyad(x(:, i) + u(:, i) - moved(:, b), x(:, i) - mean(:, b))
     end do
-    do b = 1, system%body%bodies
-      turned(:, :, b) = mean_rotation(h(:, :, b), system%condensed%bodies(b)%turns_about)
+    do b = 1, body%bodies
+      turned(:, :, b) = mean_rotation(h(:, :, b), condensed%bodies(b)%turns_about)
     end do
   end subroutine find_turns
 
@@ -144,7 +146,7 @@ contains
       return
     end if
     next = h/maxval(abs(h))
-    do step = 1, most_steps
+    do step = 1, most_turn_steps
       if (determinant(next) <= tiny(1.0_wp)) return
       call invert(next, inverse, det)
       change = maxval(abs(0.5_wp*(next + transpose(inverse)) - next))

@@ -59,7 +59,7 @@ contains
     call form_solid_tangent(system%condensed%rigid%x, u, system)
     call condense_all(system, wanted, outcome)
     call move_alloc(values, system%whole%bulk_matrix%val)
-    call mark_turns(system%condensed%rigid%x, u, system)
+    call mark_turns(system%condensed%rigid%x, u, system%condensed, system%body)
     if (outcome == solver_done) call finish_factors(system%condensed, system%costs)
   end subroutine condense_at
 

@@ -12,6 +12,7 @@ module bulk_passes
   use condensed_motions, only: push_bodies, in_lengths, add_live_motion, add_motion_inside
   use contact_tangent, only: form_element_matrices
   use system_types, only: system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: begin_direction, solve_pass
@@ -55,7 +56,8 @@ contains
       end associate
     end do
     call begin_cost(system%costs, cost_solve)
-    call answer_contact(system, pass_accuracy*norm2(right), most, force, moved, alpha, answered)
+    call answer_contact(system%condensed, pass_accuracy*norm2(right), most, force, moved, alpha, &
+      answered)
     call end_cost(system%costs, cost_solve)
     do b = 1, system%body%bodies
       associate (body => system%condensed%bodies(b))
@@ -70,8 +72,8 @@ contains
 
   !> Displacements of the candidates under forces there and the answer of contact to them, without
   !! the rigid motions that supports leave, and these.
-  subroutine answer_contact(system, floor, most, force, moved, alpha, answered)
-    type(system_t), intent(inout) :: system !! condensed, tangent of contact
+  subroutine answer_contact(condensed, floor, most, force, moved, alpha, answered)
+    type(condensed_t), intent(inout) :: condensed !! tangent of contact
     real(wp), intent(in) :: floor !! force that the answer may leave [force]
     integer, intent(in) :: most !! iterations of contact allowed
     real(wp), intent(inout) :: force(:) !! (n) in: without contact; out: with it [force]
@@ -80,41 +82,39 @@ contains
     !! [force]; out: these [length]
     logical, intent(out) :: answered !! contact has been solved for
     real(wp), allocatable :: y(:), t(:)
-    logical :: dead(size(system%condensed%bodies))
+    logical :: dead(size(condensed%bodies))
     integer :: b
 
     answered = .true.
-    associate (condensed => system%condensed)
-      call apply_all(system, force, moved, spread(.true., 1, size(condensed%bodies)))
-      if (condensed%tangent%elements == 0 .and. condensed%rigid%modes == 0) return
-      allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
-      do b = 1, size(dead)
-        associate (body => condensed%bodies(b))
-          dead(b) = any(condensed%alive%live_place(body%first + 1:body%first + body%m) == 0)
-        end associate
-      end do
-      call answer(condensed, moved(condensed%alive%live), in_lengths(condensed, alpha), floor, &
-        most, y, t, answered)
-      if (condensed%rigid%modes > 0) then
-        alpha = condensed%rigid%alpha_next
-        call add_live_motion(condensed, -alpha, t)
-      end if
-      force(condensed%alive%live) = force(condensed%alive%live) - y
-      call apply_all(system, force, moved, dead)
-      moved(condensed%alive%live) = t
-    end associate
+    call apply_all(condensed, force, moved, spread(.true., 1, size(condensed%bodies)))
+    if (condensed%tangent%elements == 0 .and. condensed%rigid%modes == 0) return
+    allocate (y(condensed%alive%n_live), t(condensed%alive%n_live))
+    do b = 1, size(dead)
+      associate (body => condensed%bodies(b))
+        dead(b) = any(condensed%alive%live_place(body%first + 1:body%first + body%m) == 0)
+      end associate
+    end do
+    call answer(condensed, moved(condensed%alive%live), in_lengths(condensed, alpha), floor, &
+      most, y, t, answered)
+    if (condensed%rigid%modes > 0) then
+      alpha = condensed%rigid%alpha_next
+      call add_live_motion(condensed, -alpha, t)
+    end if
+    force(condensed%alive%live) = force(condensed%alive%live) - y
+    call apply_all(condensed, force, moved, dead)
+    moved(condensed%alive%live) = t
   end subroutine answer_contact
 
   !> Compliance of the bodies times forces on all candidates.
-  subroutine apply_all(system, force, moved, wanted)
-    type(system_t), intent(in) :: system !! condensed bodies
+  subroutine apply_all(condensed, force, moved, wanted)
+    type(condensed_t), intent(in) :: condensed !! condensed bodies
     real(wp), intent(in) :: force(:) !! (n) [force]
     real(wp), intent(inout) :: moved(:) !! (n) of other bodies they stay [length]
     logical, intent(in) :: wanted(:) !! (bodies) those that are wanted
     integer :: b
 
-    do b = 1, size(system%condensed%bodies)
-      associate (body => system%condensed%bodies(b))
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
         if (wanted(b) .and. body%m > 0) call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, &
           force(body%first + 1:body%first + body%m), 1, 0.0_wp, &
           moved(body%first + 1:body%first + body%m), 1)

@@ -22,13 +22,13 @@ module bulk_preconditioner
   public :: find_bulk_direction, solve_by_passes, solve_in_one_pass
 
   !> Vectors of GMRES.
-  integer, parameter :: most_vectors = 30
+  integer, parameter :: bulk_vectors = 30
   !> Passes of an iteration that new factors would want as well.
   integer, parameter :: unavoidable = 2
   !> Shares of the residual that a direction may leave at most, and of answers to further forces.
-  real(wp), parameter :: coarsest = 0.01_wp, inner_accuracy = 1.0e-8_wp
+  real(wp), parameter :: coarsest_bulk = 0.01_wp, inner_accuracy = 1.0e-8_wp
   !> Order of convergence that Newton may be expected to have.
-  real(wp), parameter :: order = 1.5_wp
+  real(wp), parameter :: newton_order = 1.5_wp
   !> A direction need not leave less than this share of what would have converged.
   real(wp), parameter :: well_below = 0.01_wp
 
@@ -55,12 +55,12 @@ contains
       call form_bulk_tangent(x, system)
     end if
     call begin_direction(system, x)
-    goal = min(coarsest*norm2(system%right), max(wanted_share(system)*norm2(system%right), &
+    goal = min(coarsest_bulk*norm2(system%right), max(wanted_share(system)*norm2(system%right), &
       well_below*max(wanted, system%scale%round_off)))
     arrived = .false.
     if (is_worth_trying(system)) then
       system%condensed%tangent%fresh = .false.
-      call form_rest(system)
+      call form_rest(system%contact, system%condensed)
       call iterate_bulk(system, goal, most_stale, arrived)
       if (.not. arrived) call begin_direction(system, x)
     end if
@@ -88,7 +88,7 @@ contains
     arrived = .false.
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
-    call form_rest(system)
+    call form_rest(system%contact, system%condensed)
     if (any(system%body%grounded) .or. system%body%damping > 0.0_wp) then
       call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
         arrived)
@@ -101,9 +101,9 @@ contains
   pure real(wp) function wanted_share(system) result(share)
     type(system_t), intent(in) :: system !! right given
 
-    share = coarsest
+    share = coarsest_bulk
     associate (before => system%condensed%norm_before)
-      if (before > 0.0_wp) share = min(coarsest, (norm2(system%right)/before)**order)
+      if (before > 0.0_wp) share = min(coarsest_bulk, (norm2(system%right)/before)**newton_order)
     end associate
   end function wanted_share
 
@@ -134,10 +134,10 @@ contains
     logical :: answered
     integer :: j
 
-    allocate (moved(size(right), most_vectors))
-    call begin_gmres(right, most_vectors, course)
+    allocate (moved(size(right), bulk_vectors))
+    call begin_gmres(right, bulk_vectors, course)
     answered = .true.
-    do while (course%rest > goal .and. course%n < most_vectors .and. answered)
+    do while (course%rest > goal .and. course%n < bulk_vectors .and. answered)
       j = course%n + 1
       call solve_pass(system, course%base(:, j), most, moved(:, j), answered)
       call apply_tangent(system, moved(:, j), image)

@@ -23,7 +23,7 @@ module condensed_bodies
     free_condensed
 
   !> A factor that takes more is changed to single precision though no other body follows [byte].
-  real(wp), parameter :: large_factor = 1.0e9_wp
+  real(wp), parameter :: bytes_for_single = 1.0e9_wp
   !> Threads begin to share the largest factor at this part of the share that is foreseen: what is
   !! shared too early costs little, a thread that waits all of its time.
   real(wp), parameter :: early = 0.7_wp
@@ -228,7 +228,7 @@ contains
       system%condensed%bodies(b), costs, outcome, from)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
-      large = needed_bytes(system%condensed%bodies(b)) > large_factor
+      large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
       if ((gives .or. large) .and. .not. system%condensed%bodies(b)%tree%used) &
         call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
@@ -307,42 +307,40 @@ contains
   end subroutine find_influence
 
   !> Numbers the candidates body after body; forces and defects start at zero.
-  subroutine number_candidates(system)
-    type(system_t), intent(inout) :: system !! bodies of condensed given
+  subroutine number_candidates(condensed)
+    type(condensed_t), intent(inout) :: condensed !! bodies of condensed given
     integer :: b, j, n
 
-    associate (condensed => system%condensed)
-      condensed%place = 0
-      n = 0
-      do b = 1, size(condensed%bodies)
-        condensed%bodies(b)%first = n
-        n = n + condensed%bodies(b)%m
-      end do
-      condensed%n = n
-      condensed%alive%n_live = 0
-      condensed%alive%live = [integer ::]
-      condensed%node = spread(0, 1, n)
-      condensed%direction = condensed%node
-      condensed%alive%live_place = condensed%node
-      do b = 1, size(condensed%bodies)
-        associate (body => condensed%bodies(b))
-          body%n_live = 0
-          call drop_live(body)
-          do j = 1, body%m
-            n = body%first + j
-            condensed%node(n) = body%node(body%equation(j))
-            condensed%direction(n) = body%direction(body%equation(j))
-            condensed%place(condensed%direction(n), condensed%node(n)) = n
-          end do
-        end associate
-      end do
-      if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
-      condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
-      condensed%bulk%force = condensed%outer%loaded
-      condensed%bulk%force_change = condensed%outer%loaded
-      condensed%bulk%defect = condensed%outer%loaded
-      call place_modes(condensed)
-    end associate
+    condensed%place = 0
+    n = 0
+    do b = 1, size(condensed%bodies)
+      condensed%bodies(b)%first = n
+      n = n + condensed%bodies(b)%m
+    end do
+    condensed%n = n
+    condensed%alive%n_live = 0
+    condensed%alive%live = [integer ::]
+    condensed%node = spread(0, 1, n)
+    condensed%direction = condensed%node
+    condensed%alive%live_place = condensed%node
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        body%n_live = 0
+        call drop_live(body)
+        do j = 1, body%m
+          n = body%first + j
+          condensed%node(n) = body%node(body%equation(j))
+          condensed%direction(n) = body%direction(body%equation(j))
+          condensed%place(condensed%direction(n), condensed%node(n)) = n
+        end do
+      end associate
+    end do
+    if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+    condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
+    condensed%bulk%force = condensed%outer%loaded
+    condensed%bulk%force_change = condensed%outer%loaded
+    condensed%bulk%defect = condensed%outer%loaded
+    call place_modes(condensed)
   end subroutine number_candidates
 
   !> Displacements of the candidates without contact.
@@ -357,14 +355,14 @@ contains
   end subroutine load_candidates
 
   !> Releases all factors.
-  subroutine free_condensed(system)
-    type(system_t), intent(inout) :: system !! condensed is emptied
+  subroutine free_condensed(condensed)
+    type(condensed_t), intent(inout) :: condensed !! condensed is emptied
     integer :: b
 
-    if (.not. allocated(system%condensed%bodies)) return
-    do b = 1, size(system%condensed%bodies)
-      call free_body(system%condensed%bodies(b))
+    if (.not. allocated(condensed%bodies)) return
+    do b = 1, size(condensed%bodies)
+      call free_body(condensed%bodies(b))
     end do
-    system%condensed = condensed_t()
+    condensed = condensed_t()
   end subroutine free_condensed
 end module condensed_bodies

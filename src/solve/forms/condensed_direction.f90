@@ -2,7 +2,7 @@
 !! (doc/theory, "Static condensation", eq. (12.4)).
 module condensed_direction
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov
+  use costs, only: begin_cost, end_cost, count_cost, cost_solve, cost_krylov, cost_t
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t
   use live_candidates, only: apply_compliance
@@ -63,7 +63,7 @@ contains
       arrived = .false.
       if (is_worth_trying(system)) then
         condensed%tangent%fresh = .false.
-        call form_rest(system)
+        call form_rest(system%contact, system%condensed)
         call answer_points(system, most_stale, arrived)
         if (arrived) call respond(system, 1.0_wp, floor, most_stale, y, arrived)
         if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
@@ -71,7 +71,7 @@ contains
       if (.not. arrived) then
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
-        call form_rest(system)
+        call form_rest(system%contact, system%condensed)
         call answer_points(system, most_allowed(condensed), arrived)
         if (.not. condensed%points%known .and. condensed%points%n > 0) outcome = solver_singular
         if (outcome /= solver_done) return
@@ -82,7 +82,7 @@ contains
       end if
       condensed%norm_before = residual_size(condensed)
     end associate
-    call stay_in_place(system)
+    call stay_in_place(system%condensed)
     call take_answer(system, y)
     call begin_trials(system)
   end subroutine find_condensed_direction
@@ -133,21 +133,22 @@ contains
   end subroutine take_answer
 
   !> Displacements that forces at the live candidates bring by themselves, with the present tangent.
-  subroutine answer_force(system, force, du)
-    type(system_t), intent(inout) :: system !! tangent at hand
+  subroutine answer_force(condensed, costs, force, du)
+    type(condensed_t), intent(inout) :: condensed !! tangent at hand
+    type(cost_t), intent(inout) :: costs !! cost table
     real(wp), intent(in) :: force(:) !! (live) [force]
     real(wp), intent(out) :: du(:) !! (live) [length]
-    real(wp) :: push(system%condensed%rigid%modes), y(size(force)), b(size(force))
+    real(wp) :: push(condensed%rigid%modes), y(size(force)), b(size(force))
     logical :: arrived
 
-    call begin_cost(system%costs, cost_solve)
-    call push_live(system%condensed, force, push)
+    call begin_cost(costs, cost_solve)
+    call push_live(condensed, force, push)
     b = 0.0_wp
-    call apply_compliance(system%condensed, force, b)
-    call answer(system%condensed, b, push, inner_accuracy*norm2(force), &
-      most_allowed(system%condensed), y, du, arrived)
-    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
-    call end_cost(system%costs, cost_solve)
+    call apply_compliance(condensed, force, b)
+    call answer(condensed, b, push, inner_accuracy*norm2(force), most_allowed(condensed), y, du, &
+      arrived)
+    call count_cost(costs, cost_krylov, condensed%tangent%course%iterations)
+    call end_cost(costs, cost_solve)
   end subroutine answer_force
 
   !> The direction once more, now with forces at the live candidates that come beside the residual.
@@ -160,7 +161,7 @@ contains
     system%condensed%alive%right = system%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
     call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
-    call stay_in_place(system)
+    call stay_in_place(system%condensed)
     call take_answer(system, y)
   end subroutine push_direction
 
@@ -185,7 +186,7 @@ contains
     call form_element_matrices(system, x)
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
-    call form_rest(system)
+    call form_rest(system%contact, system%condensed)
     call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
   end subroutine answer_densely
 

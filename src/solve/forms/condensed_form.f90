@@ -128,7 +128,7 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     call take_live(system)
-    call take_rigid(system)
+    call take_rigid(system%u, system%tools)
     call take_condensed(system%condensed, length)
   end subroutine take_trial
 
@@ -177,7 +177,7 @@ contains
     integer :: i
 
     du = 0.0_wp
-    call answer_force(system, live_forces(system, force), change)
+    call answer_force(system%condensed, system%costs, live_forces(system, force), change)
     associate (condensed => system%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))

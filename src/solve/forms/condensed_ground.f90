@@ -77,14 +77,14 @@ contains
   !> A direction without what motions that contact does not resist add to it but for their springs:
   !! by compliances, which stand still at the pins, a body that is pressed would go aside. At the
   !! live candidates the least squares of the rest along these motions vanish.
-  subroutine stay_in_place(system)
-    type(system_t), intent(inout) :: system !! direction found; gets change, alpha_next
+  subroutine stay_in_place(condensed)
+    type(condensed_t), intent(inout) :: condensed !! direction found; gets change, alpha_next
     real(wp), allocatable :: way(:, :), rest(:, :), least(:), work(:)
     integer :: j, n, live, rank, info
 
-    if (.not. allocated(system%condensed%rigid%loose)) return
-    if (system%condensed%alive%n_live == 0) return
-    associate (condensed => system%condensed, loose => system%condensed%rigid%loose)
+    if (.not. allocated(condensed%rigid%loose)) return
+    if (condensed%alive%n_live == 0) return
+    associate (loose => condensed%rigid%loose)
       n = size(loose, 2)
       live = condensed%alive%n_live
       allocate (way(live, n), rest(max(live, n), 1), source=0.0_wp)
@@ -92,8 +92,8 @@ contains
       do j = 1, n
         call add_live_motion(condensed, loose(:, j), way(:, j))
       end do
-      rest(:live, 1) = matmul(way, matmul(condensed%rigid%alpha_next, loose)) &
-        - condensed%alive%change
+      rest(:live, 1) = matmul(way, matmul(condensed%rigid%alpha_next, loose)) - &
+        condensed%alive%change
       call dgelss(live, n, 1, way, live, rest, size(rest, 1), least, unresisted, rank, work, &
         size(work), info)
       if (info /= 0) return

@@ -69,10 +69,10 @@ contains
       why = lost_digits(system%condensed)
     end if
     if (len(why) > 0) then
-      call free_condensed(system)
+      call free_condensed(system%condensed)
       return
     end if
-    call number_candidates(system)
+    call number_candidates(system%condensed)
     system%condensed%active = system%bulk%linear
     system%condensed%preconditions = .not. system%bulk%linear
   end subroutine start_condensed
@@ -332,7 +332,7 @@ contains
       end if
       condensed%failed = outcome
       if (outcome /= solver_done) return
-      call number_candidates(system)
+      call number_candidates(system%condensed)
       condensed%sums%known = .false.
       if (condensed%preconditions) return
       do i = 1, condensed%n

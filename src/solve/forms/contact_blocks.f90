@@ -19,15 +19,15 @@ module contact_blocks
 
   !> Rows of a block without its overlap: one in forty of all, within these bounds; where bodies
   !! that contact alone holds lean on each other, blocks that reach far for their size.
-  integer, parameter :: fewest_rows = 64, most_rows = 256, share_of_rows = 40, &
+  integer, parameter :: fewest_rows = 64, most_block_rows = 256, share_of_rows = 40, &
     rows_leaning = 128
   !> How far a block reaches beyond its own rows, in distances of points.
-  real(wp), parameter :: overlap = 2.0_wp, overlap_leaning = 1.5_wp
+  real(wp), parameter :: block_overlap = 2.0_wp, overlap_leaning = 1.5_wp
   !> Rows of a block with its overlap over those without, at most; the reach is lessened until then.
-  integer, parameter :: most_growth = 3, growth_leaning = 5
+  integer, parameter :: most_row_growth = 3, growth_leaning = 5
   real(wp), parameter :: shrinkage = 0.8_wp
   !> Rows that a closed point gives, mostly.
-  real(wp), parameter :: rows_of_point = 3.0_wp
+  real(wp), parameter :: mean_point_rows = 3.0_wp
 
 contains
 
@@ -67,10 +67,10 @@ contains
 
     order = [(e, e=1, size(order))]
     parts = 0
-    rows = merge(rows_leaning, max(fewest_rows, min(most_rows, tangent%rank/share_of_rows)), &
+    rows = merge(rows_leaning, max(fewest_rows, min(most_block_rows, tangent%rank/share_of_rows)), &
       tangent%modes > 0)
-    growth = merge(growth_leaning, most_growth, tangent%modes > 0)
-    distances = merge(overlap_leaning, overlap, tangent%modes > 0)
+    growth = merge(growth_leaning, most_row_growth, tangent%modes > 0)
+    distances = merge(overlap_leaning, block_overlap, tangent%modes > 0)
     call halve_parts(place, rows, 1, size(order), order, ends, parts)
     if (allocated(tangent%parts%blocks)) deallocate (tangent%parts%blocks)
     allocate (tangent%parts%blocks(parts))
@@ -79,7 +79,7 @@ contains
       associate (own => order(first:ends(k)))
         low = minval(place(:, own), 2)
         high = maxval(place(:, own), 2)
-        reach = distances*max(maxval(high - low)/sqrt(real(size(own), wp)/rows_of_point), &
+        reach = distances*max(maxval(high - low)/sqrt(real(size(own), wp)/mean_point_rows), &
           0.5_wp*size_of_facet)
         do
           call list_rows(place, low - reach, high + reach, own, tangent%parts%blocks(k))

@@ -10,6 +10,7 @@ module contact_coupling
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
   use system_types, only: system_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: couple_full, couple_full_as_saved
@@ -84,7 +85,7 @@ contains
       call take_bulk_back(system%position%x_now - system%u, system)
       call build_graph(size(system%equation, 2), system%bulk, system%whole%matrix, &
         system%contact, system%volumes)
-      call place_bulk(system)
+      call place_bulk(system%whole)
     end if
     call build_free(system)
     call start_pattern(system%whole%solver)
@@ -121,17 +122,16 @@ contains
   end subroutine couple_full_as_saved
 
   !> Where each block of the bulk's matrix stands in the coupled matrix.
-  subroutine place_bulk(system)
-    type(system_t), intent(inout) :: system !! gets bulk_place
+  subroutine place_bulk(whole)
+    type(whole_form_t), intent(inout) :: whole !! gets bulk_place
     integer :: j, k
 
-    if (.not. allocated(system%whole%bulk_place)) then
-      allocate (system%whole%bulk_place(size(system%whole%bulk_matrix%row)))
+    if (.not. allocated(whole%bulk_place)) then
+      allocate (whole%bulk_place(size(whole%bulk_matrix%row)))
     end if
-    do j = 1, system%whole%bulk_matrix%nodes
-      do k = system%whole%bulk_matrix%ptr(j), system%whole%bulk_matrix%ptr(j + 1) - 1
-        system%whole%bulk_place(k) = find_block(system%whole%matrix, &
-          system%whole%bulk_matrix%row(k), j)
+    do j = 1, whole%bulk_matrix%nodes
+      do k = whole%bulk_matrix%ptr(j), whole%bulk_matrix%ptr(j + 1) - 1
+        whole%bulk_place(k) = find_block(whole%matrix, whole%bulk_matrix%row(k), j)
       end do
     end do
   end subroutine place_bulk

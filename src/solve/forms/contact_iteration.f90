@@ -16,11 +16,11 @@ module contact_iteration
   public :: answer_by_blocks
 
   !> Vectors of GMRES, and how often it starts at most: anew from the true residual.
-  integer, parameter :: most_vectors = 60, most_starts = 4
+  integer, parameter :: contact_vectors = 60, most_starts = 4
   !> How many of these take products in single precision, and the share of the residual that they
   !! can find.
-  integer, parameter :: most_near = 2
-  real(wp), parameter :: near_share = 1.0e-5_wp
+  integer, parameter :: most_near_solves = 2
+  real(wp), parameter :: near_contact_share = 1.0e-5_wp
   !> Share of the residual that a rough answer may leave.
   real(wp), parameter :: rough = 0.01_wp
   !> Share of the forces, with those that are found, which any other answer may leave: a residual
@@ -62,7 +62,7 @@ contains
         condensed%bulk%force(condensed%alive%live) + y))
       arrived = norm <= goal
       if (arrived .or. start == most_starts .or. iterations > most) exit
-      call correct(condensed, weight, 0.5_wp*goal, start <= most_near, r, x, iterations)
+      call correct(condensed, weight, 0.5_wp*goal, start <= most_near_solves, r, x, iterations)
       if (most == 0) iterations = 1
     end do
     condensed%tangent%course%iterations = iterations
@@ -140,11 +140,11 @@ contains
     integer :: n
 
     n = condensed%tangent%rank + condensed%rigid%modes
-    allocate (answers(n, most_vectors))
+    allocate (answers(n, contact_vectors))
     zero = 0.0_wp
     least = goal
-    if (near) least = max(goal, near_share*norm2(r))
-    call begin_gmres(r, most_vectors, course)
+    if (near) least = max(goal, near_contact_share*norm2(r))
+    call begin_gmres(r, contact_vectors, course)
     do
       d = course%base(:, course%n + 1)/weight
       call precondition(condensed, d(:n), image(:n), y)
@@ -153,7 +153,7 @@ contains
       answers(:, course%n + 1) = d(:n)
       call find_rest(condensed, zero, zero(:condensed%rigid%modes), d, y, near, t, image)
       call add_image(-weight*image, course)
-      if (course%rest <= least .or. course%n == most_vectors) exit
+      if (course%rest <= least .or. course%n == contact_vectors) exit
     end do
     iterations = iterations + course%n
     share = gmres_shares(course)

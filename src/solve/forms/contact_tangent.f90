@@ -26,6 +26,7 @@ module contact_tangent
   use whole_tangent, only: is_better_whole, take_columns
   use tree_compliance, only: has_trees
   use system_types, only: system_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading
@@ -33,7 +34,7 @@ module contact_tangent
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
   !> Columns that an element matrix may have.
-  integer, parameter :: most_columns = 6
+  integer, parameter :: most_element_columns = 6
   !> Rows of the whole form over those of the other, at most: there are several of these for each of
   !! them where it is taken.
   integer, parameter :: most_whole = 2
@@ -158,9 +159,9 @@ contains
     integer :: e, i, rank
 
     if (.not. allocated(tangent%owner)) then
-      allocate (tangent%owner(most_columns*size(tangent%element)), &
-        tangent%u(size(tangent%s, 1), most_columns*size(tangent%element)), &
-        tangent%v(size(tangent%s, 1), most_columns*size(tangent%element)))
+      allocate (tangent%owner(most_element_columns*size(tangent%element)), &
+        tangent%u(size(tangent%s, 1), most_element_columns*size(tangent%element)), &
+        tangent%v(size(tangent%s, 1), most_element_columns*size(tangent%element)))
     end if
     root = live_roots(condensed)
     tangent%rank = 0
@@ -174,7 +175,8 @@ contains
         if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
           largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
         call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, &
-          tangent%u(:, n + 1:n + most_columns), tangent%v(:, n + 1:n + most_columns), rank)
+          tangent%u(:, n + 1:n + most_element_columns), &
+          tangent%v(:, n + 1:n + most_element_columns), rank)
         tangent%owner(n + 1:n + rank) = tangent%element(e)
         n = n + rank
       end associate
@@ -182,22 +184,22 @@ contains
   end subroutine peel_elements
 
   !> What U V^T leaves of the element matrices; the factor may be older than these.
-  subroutine form_rest(system)
-    type(system_t), intent(inout) :: system !! tangent of condensed: s becomes the rest
+  subroutine form_rest(contact, condensed)
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(condensed_t), intent(inout) :: condensed !! its tangent: s becomes the rest
     integer :: k, j
 
-    associate (tangent => system%condensed%tangent)
+    associate (tangent => condensed%tangent)
       call forget_images(tangent%course%known)
       if (tangent%whole) then
-        if (.not. tangent%fresh) call sum_elements(tangent, system%condensed%alive%n_live, &
-          tangent%now)
+        if (.not. tangent%fresh) call sum_elements(tangent, condensed%alive%n_live, tangent%now)
         return
       end if
       tangent%resting = 0
-      do k = 1, system%contact%n
-        if (system%contact%routine(k) == routine_none) cycle
-        if (max(system%contact%status(k), tangent%status(k)) <= status_open) cycle
-        if (system%contact%status(k) <= status_open) tangent%s(:, :, k) = 0.0_wp
+      do k = 1, contact%n
+        if (contact%routine(k) == routine_none) cycle
+        if (max(contact%status(k), tangent%status(k)) <= status_open) cycle
+        if (contact%status(k) <= status_open) tangent%s(:, :, k) = 0.0_wp
         tangent%resting = tangent%resting + 1
         tangent%element(tangent%resting) = k
       end do

@@ -15,7 +15,7 @@ module elimination_order
 
   !> Weight of a node next to a candidate beside that of one far away, and the distance from where
   !! on nothing of it is left.
-  integer, parameter :: next_to_candidates = 30, farthest = 6
+  integer, parameter :: next_to_candidates = 30, farthest_layer = 6
 
 contains
 
@@ -126,9 +126,9 @@ contains
     integer, allocatable :: front(:)
     logical :: fresh(size(queue))
 
-    distance = merge(0, farthest, queue > 0)
+    distance = merge(0, farthest_layer, queue > 0)
     front = pack([(i, i=1, size(queue))], queue > 0)
-    do step = 1, farthest - 1
+    do step = 1, farthest_layer - 1
       fresh = .false.
       do i = 1, size(front)
         associate (near => blocks%row(blocks%ptr(front(i)):blocks%ptr(front(i) + 1) - 1))

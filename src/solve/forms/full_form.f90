@@ -20,7 +20,7 @@ module full_form
 
   !> Residual over right-hand side that an iterative solver may leave of a next direction, and of a
   !! step with the factor at hand.
-  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, repeated_accuracy = 1.0e-4_wp
+  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, refined_accuracy = 1.0e-4_wp
 
 contains
 
@@ -80,7 +80,7 @@ contains
     real(wp), intent(in) :: length !! share of du
 
     system%u = system%trial
-    call take_rigid(system)
+    call take_rigid(system%u, system%tools)
     system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
   end subroutine take_trial
 
@@ -121,7 +121,7 @@ contains
     logical, intent(out) :: found !! there is one
     integer :: outcome
 
-    system%whole%solver%accuracy = repeated_accuracy
+    system%whole%solver%accuracy = refined_accuracy
     call solve_bordered(system, system%right, system%solution, outcome)
     found = outcome == solver_done
     if (.not. found) return
@@ -251,7 +251,7 @@ contains
     type(system_t), intent(inout) :: system !! u given; trial is used
     real(wp), intent(out) :: terms !! [force]
 
-    call multiply_bulk_absolute(system, system%u, system%trial)
+    call multiply_bulk_absolute(system%equation, system%whole, system%u, system%trial)
     where (system%equation == 0) system%trial = 0.0_wp
     terms = norm2(system%trial)
   end subroutine sum_terms

@@ -11,7 +11,7 @@ module inside_refinement
   public :: settle_inside
 
   !> Iterations at most; two are usual, and a factor that has lost much takes a few more.
-  integer, parameter :: most_iterations = 60
+  integer, parameter :: most_refinements = 60
   !> What is left of the displacements inside that are not right, over their norm.
   real(wp), parameter :: exact_share = 1.0e-13_wp
 
@@ -37,7 +37,7 @@ contains
     length = norm2(gathered(body, u, size(rest)))
     way = 0.0_wp
     product = 1.0_wp
-    do iteration = 1, most_iterations
+    do iteration = 1, most_refinements
       before = norm2(rest)
       if (before <= 0.0_wp) exit
       call answer_inside(body, rest, answer, costs)

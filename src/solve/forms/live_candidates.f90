@@ -13,7 +13,7 @@ module live_candidates
     complete_compliance, apply_compliance, own_part
 
   !> Live candidates over those that are needed.
-  real(wp), parameter :: most_idle = 1.25_wp
+  real(wp), parameter :: idle_ratio = 1.25_wp
 
 contains
 
@@ -28,7 +28,7 @@ contains
 
     if (condensed%narrow) then
       both = live .or. condensed%alive%live_place > 0
-      if (real(count(both), wp) <= most_idle*real(count(live), wp)) live = both
+      if (real(count(both), wp) <= idle_ratio*real(count(live), wp)) live = both
       return
     end if
     do b = 1, size(condensed%bodies)
@@ -52,11 +52,11 @@ contains
     first = findloc(live, .true., 1)
     last = findloc(live, .true., 1, back=.true.)
     wanted = count(live)
-    if (real(last - first + 1, wp) > most_idle*real(wanted, wp) .and. &
+    if (real(last - first + 1, wp) > idle_ratio*real(wanted, wp) .and. &
       (size(live) <= many .or. 2*wanted <= size(live))) return
     live(first:last) = .true.
     if (.not. all(before(first:last))) return
-    if (real(count(before), wp) > most_idle*real(last - first + 1, wp)) return
+    if (real(count(before), wp) > idle_ratio*real(last - first + 1, wp)) return
     first = findloc(before, .true., 1)
     last = findloc(before, .true., 1, back=.true.)
     if (all(before(first:last))) live = before
@@ -164,14 +164,14 @@ contains
   !> Fills the upper triangle of a symmetric matrix from the lower one, in blocks.
   pure subroutine mirror(a)
     real(wp), intent(inout) :: a(:, :) !! the matrix
-    integer, parameter :: block = 32
+    integer, parameter :: columns_at_a_time = 32
     integer :: i, j, k
 
-    do k = 1, size(a, 2), block
-      do i = k, size(a, 1), block
-        do j = k, min(k + block - 1, size(a, 2))
-          a(j, max(i, j + 1):min(i + block - 1, size(a, 1))) = &
-            a(max(i, j + 1):min(i + block - 1, size(a, 1)), j)
+    do k = 1, size(a, 2), columns_at_a_time
+      do i = k, size(a, 1), columns_at_a_time
+        do j = k, min(k + columns_at_a_time - 1, size(a, 2))
+          a(j, max(i, j + 1):min(i + columns_at_a_time - 1, size(a, 1))) = &
+            a(max(i, j + 1):min(i + columns_at_a_time - 1, size(a, 1)), j)
         end do
       end do
     end do

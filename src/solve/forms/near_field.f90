@@ -14,7 +14,7 @@ module near_field
   !> Candidates of a patch, at most, and how far patches that are near may be apart, over the
   !! longest side of the larger one.
   integer, parameter :: most_candidates = 96
-  real(wp), parameter :: reach = 0.75_wp
+  real(wp), parameter :: reach_share = 0.75_wp
   !> Patches that are near one, on a flat surface; itself and half of the others are stored.
   real(wp), parameter :: near_patches = 9.0_wp
 
@@ -104,7 +104,7 @@ contains
     real(wp) :: gap(3)
 
     gap = max(0.0_wp, low(:, 1) - high(:, 2), low(:, 2) - high(:, 1))
-    near = norm2(gap) <= reach*maxval(high - low)
+    near = norm2(gap) <= reach_share*maxval(high - low)
   end function are_near
 
   !> C between two patches.

@@ -8,12 +8,13 @@ module near_steps
   use contact_tangent, only: factorise_tangent, form_rest
   use bulk_passes, only: begin_direction, solve_pass
   use system_types, only: system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: find_near_direction, find_near_again, judge_nearness, note_near_step
 
   !> Factors are near if a step by them leaves less than this share where there is no contact.
-  real(wp), parameter :: near_share = 0.1_wp
+  real(wp), parameter :: near_factor_share = 0.1_wp
   !> Share of the residual that a step by new factors leaves.
   real(wp), parameter :: new_share = 1.0e-3_wp
 
@@ -32,14 +33,14 @@ contains
       call begin_direction(system, x)
       if (is_worth_trying(system)) then
         system%condensed%tangent%fresh = .false.
-        call form_rest(system)
+        call form_rest(system%contact, system%condensed)
         call solve_pass(system, system%right, most_stale, system%solution, answered)
         if (.not. answered) call begin_direction(system, x)
       end if
       if (.not. answered) then
         call factorise_tangent(system, x, outcome)
         if (outcome /= solver_done) return
-        call form_rest(system)
+        call form_rest(system%contact, system%condensed)
         call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
           answered)
       end if
@@ -79,18 +80,18 @@ contains
           rest(system%equation(condensed%direction(c), condensed%node(c))) = 0.0_wp
         end associate
       end do
-      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_share*start
-      if (system%form%near) call note_near_step(system, norm2(rest)/start)
+      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_factor_share*start
+      if (system%form%near) call note_near_step(system%condensed, norm2(rest)/start)
     end associate
   end subroutine judge_nearness
 
   !> A full step by near factors has been taken. New factors would leave so little that fewer such
   !! passes lead as far: what is lost ages them out.
-  subroutine note_near_step(system, left)
-    type(system_t), intent(inout) :: system !! direction, residual after it; aging grows
+  subroutine note_near_step(condensed, left)
+    type(condensed_t), intent(inout) :: condensed !! direction, residual after it; aging grows
     real(wp), intent(in) :: left !! share of the residual that the pass has left
 
-    system%condensed%aging = system%condensed%aging + max(0.0_wp, 1.0_wp - &
+    condensed%aging = condensed%aging + max(0.0_wp, 1.0_wp - &
       log(max(left, new_share))/log(new_share))
   end subroutine note_near_step
 end module near_steps

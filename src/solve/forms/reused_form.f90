@@ -19,7 +19,7 @@ module reused_form
 
   !> Residual over right-hand side that a step with the tangent at hand may leave: a step leaves
   !! such a share anyway, and passes are long.
-  real(wp), parameter :: repeated_accuracy = 1.0e-2_wp
+  real(wp), parameter :: reused_accuracy = 1.0e-2_wp
   !> Residual over forces before an iteration after which the tangent of contact serves on, where
   !! that is all that an iteration forms.
   real(wp), parameter :: close_share = 0.01_wp
@@ -106,7 +106,7 @@ contains
     else
       found = .true.
       system%condensed%norm_before = norm2(system%right)
-      call solve_by_passes(system, system%right, system%solution, left=repeated_accuracy)
+      call solve_by_passes(system, system%right, system%solution, left=reused_accuracy)
     end if
     if (found) call spread_direction(system)
   end subroutine repeat_direction
@@ -127,7 +127,7 @@ contains
     type(system_t), intent(inout) :: system !! aging grows
     real(wp), intent(in) :: left !! share of the residual that it has left
 
-    if (system%form%near) call note_near_step(system, left)
+    if (system%form%near) call note_near_step(system%condensed, left)
   end subroutine note_repeated
 
   !> Length of the next direction, by a single pass.

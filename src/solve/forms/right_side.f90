@@ -43,11 +43,11 @@ contains
 
     if (system%tools%border%n == 0) return
     if (tried) then
-      call add_rigid_right(system, system%trial, .true., force)
+      call add_rigid_right(system%right, system%tools, system%trial, .true., force)
       if (system%body%damping > 0.0_wp) call add_rigid_damping(system, &
         system%body%pseudo_step%gone + length*system%solution(system%equations + 1:))
     else
-      call add_rigid_right(system, system%u, .false., force)
+      call add_rigid_right(system%right, system%tools, system%u, .false., force)
       if (system%body%damping > 0.0_wp) call add_rigid_damping(system, system%body%pseudo_step%gone)
     end if
   end subroutine gather_points

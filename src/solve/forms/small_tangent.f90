@@ -12,7 +12,7 @@ module small_tangent
   public :: form_double
 
   !> Columns of the matrix that are formed at a time.
-  integer, parameter :: block = 8
+  integer, parameter :: columns_formed = 8
 
 contains
 
@@ -51,8 +51,8 @@ contains
     if (tangent%modes > 0) call border_with_motions(condensed, tangent)
     pays = pays_threads(real(tangent%rank, wp)**2*size(tangent%dofs, 1))
     !$omp parallel do schedule(static) default(none) shared(tangent) if(pays)
-    do j = 1, tangent%rank + tangent%modes, block
-      call multiply_rows(tangent, j, min(block, tangent%rank + tangent%modes - j + 1))
+    do j = 1, tangent%rank + tangent%modes, columns_formed
+      call multiply_rows(tangent, j, min(columns_formed, tangent%rank + tangent%modes - j + 1))
     end do
     !$omp end parallel do
   end subroutine form_small
@@ -103,7 +103,7 @@ contains
     type(contact_tangent_t), intent(inout) :: tangent !! v and cu given; gets small
     integer, intent(in) :: first !! the first column
     integer, intent(in) :: columns !! how many, at most block
-    real(wp) :: turned(block, size(tangent%cu, 1)), total(block)
+    real(wp) :: turned(columns_formed, size(tangent%cu, 1)), total(columns_formed)
     integer :: i, k
 
     turned = 0.0_wp

@@ -16,6 +16,7 @@ module solver_choice
   use condensed_system, only: start_condensed
   use tree_compliance, only: has_trees
   use system_types, only: system_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: scene_t, ask_for_solver, choose_solver, foresee_choice, decide, decline_condensed, &
@@ -42,16 +43,16 @@ module solver_choice
 contains
 
   !> SOLVer: the next increment is solved by what it asks for, unless --solver is there.
-  subroutine ask_for_solver(system, asked)
-    type(system_t), intent(inout) :: system !! gets asked; the choice is open
+  subroutine ask_for_solver(whole, asked)
+    type(whole_form_t), intent(inout) :: whole !! gets asked; the choice is open
     integer, intent(in) :: asked !! one of the solvers of linear_solver
 
     integer :: new
 
     new = asked
-    if (system%whole%forced /= solver_unknown) new = system%whole%forced
-    if (system%whole%asked /= new) system%whole%choice = solver_unknown
-    system%whole%asked = new
+    if (whole%forced /= solver_unknown) new = whole%forced
+    if (whole%asked /= new) whole%choice = solver_unknown
+    whole%asked = new
   end subroutine ask_for_solver
 
   !> Decides once for each SOLVer, before an increment, and tells the log.
@@ -72,7 +73,7 @@ contains
     if (system%whole%choice == solver_reduced .and. .not. condensed) then
       call start_condensed(model, system, system%whole%asked == solver_auto, obstacle, &
         scene%dense_share)
-      call take_form(system)
+      call take_form(system%form, system%condensed)
       if (len(obstacle) > 0) then
         if (index(obstacle, 'would cost') > 0) then
           call monitor%event('  REDUced is not taken, '//obstacle)
@@ -84,7 +85,7 @@ contains
       if (len(obstacle) == 0) scene%trees = has_trees(system%condensed)
       call decide(scene, system%whole%asked, system%whole%choice, reason)
     else if (system%whole%choice /= solver_reduced .and. condensed) then
-      call take_full_form(system)
+      call take_full_form(system%form, system%condensed)
     end if
     call take_choice(system%whole%solver, system%whole%choice)
     call monitor%event(reason)
@@ -117,12 +118,12 @@ contains
   end subroutine decline_condensed
 
   !> The next end time begins: the condensed form may serve again.
-  subroutine retry_condensed(system)
-    type(system_t), intent(inout) :: system !! its choice is open again, if it was declined
+  subroutine retry_condensed(whole)
+    type(whole_form_t), intent(inout) :: whole !! its choice is open again, if it was declined
 
-    if (.not. system%whole%declined) return
-    system%whole%declined = .false.
-    system%whole%choice = solver_unknown
+    if (.not. whole%declined) return
+    whole%declined = .false.
+    whole%choice = solver_unknown
   end subroutine retry_condensed
 
   !> The facts of a scene.

@@ -28,7 +28,7 @@ module sum_shares
   integer, parameter :: least_spared = 4, sums_of_pass = 4
 
   !> Pulls are multiples of each other if no entry is off by more than this share of the largest.
-  real(wp), parameter :: same = 1.0e-14_wp
+  real(wp), parameter :: same_pull = 1.0e-14_wp
 
   !> Pulls of sums on a body.
   type :: pulls_t
@@ -207,7 +207,7 @@ contains
     do k = 1, pulls%n
       associate (other => pulls%right(:, k))
         times = right(pulls%at(k))/other(pulls%at(k))
-        if (all(abs(right - times*other) <= same*abs(times*other(pulls%at(k))))) exit
+        if (all(abs(right - times*other) <= same_pull*abs(times*other(pulls%at(k))))) exit
       end associate
     end do
     found = k <= pulls%n

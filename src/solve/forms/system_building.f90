@@ -1,7 +1,7 @@
 !> Builds the discrete system from a model: equations, element lists, the bulk's matrix.
 module system_building
   use kinds, only: wp
-  use element_lists, only: allocate_list
+  use element_lists, only: allocate_list, element_list_t
   use model_types, only: model_t
   use contact_points, only: count_points
   use bodies, only: find_bodies
@@ -17,6 +17,7 @@ module system_building
   use held_bodies, only: pin_held
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: build_system, outline_system, fill_system
@@ -39,7 +40,7 @@ contains
     type(system_t), intent(inout) :: system !! its outline; filled
 
     system%form = full_form_of_system()
-    call list_contact(model, system)
+    call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
     call build_bulk(model, system)
   end subroutine fill_system
@@ -58,9 +59,9 @@ contains
     if (allocated(system%body%pinned)) call number_equations(model%conditions%restrained .or. &
       system%body%pinned, system)
     call start_rigid(model, system, state)
-    call start_springs(model, system)
+    call start_springs(model, system%equation, system%loads)
     if (allocated(model%conditions%pressures)) then
-      if (size(model%conditions%pressures) > 0) call list_pressures(model, system)
+      if (size(model%conditions%pressures) > 0) call list_pressures(model, system%loads)
     end if
     call find_floating_bodies(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, state)
@@ -119,28 +120,29 @@ contains
   end subroutine allocate_vectors
 
   !> One contact element for each point; they stay idle until targets are chosen.
-  subroutine list_contact(model, system)
+  subroutine list_contact(model, contact, place)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(inout) :: system !! gets contact, first_point
+    type(element_list_t), intent(inout) :: contact !! gets contact elements that take no part
+    type(contact_places_t), intent(inout) :: place !! gets first_point
     integer :: k, n, slaves, masters
 
-    allocate (system%place%first_point(size(model%pairs) + 1))
+    allocate (place%first_point(size(model%pairs) + 1))
     n = 0
     slaves = 1
     masters = 3
     do k = 1, size(model%pairs)
       slaves = max(slaves, model%pairs(k)%points%n_slaves)
       if (allocated(model%pairs(k)%surface%middles)) masters = most_facet_nodes
-      system%place%first_point(k) = n + 1
+      place%first_point(k) = n + 1
       n = n + count_points(model%pairs(k))
     end do
-    system%place%first_point(size(model%pairs) + 1) = n + 1
-    call allocate_list(system%contact, n, slaves + masters)
-    allocate (system%place%targets(n), system%place%coupled_targets(n), source=0)
+    place%first_point(size(model%pairs) + 1) = n + 1
+    call allocate_list(contact, n, slaves + masters)
+    allocate (place%targets(n), place%coupled_targets(n), source=0)
     do k = 1, size(model%pairs)
-      associate (first => system%place%first_point(k), last => system%place%first_point(k + 1) - 1)
-        system%contact%slaves(first:last) = model%pairs(k)%points%n_slaves
-        system%contact%nel(first:last) = model%pairs(k)%points%n_slaves + 3
+      associate (first => place%first_point(k), last => place%first_point(k + 1) - 1)
+        contact%slaves(first:last) = model%pairs(k)%points%n_slaves
+        contact%nel(first:last) = model%pairs(k)%points%n_slaves + 3
       end associate
     end do
   end subroutine list_contact

@@ -18,7 +18,7 @@ module tree_compliance
   !> Work of the near field over the columns of the factor above a candidate, for each candidate.
   real(wp), parameter :: patches_met = 600.0_wp
   !> Dense matrices with so few rows cost next to nothing.
-  integer, parameter :: few_rows = 2000
+  integer, parameter :: dense_rows = 2000
   !> Entries of a factor for each of its rows, at least, where bodies are large.
   real(wp), parameter :: least_row = 100.0_wp
 
@@ -36,7 +36,7 @@ contains
     integer, intent(in) :: n !! equations of the body
     integer, intent(in) :: m !! of its candidates
 
-    may = m > few_rows
+    may = m > dense_rows
     if (may) may = 2.0_wp*products*least_row*real(n, wp) < dense_cost(m)
   end function may_pay
 

@@ -13,9 +13,9 @@ module whole_tangent
   public :: is_better_whole, form_whole, make_small, combine, take_columns
 
   !> Rows that a closed point gives, mostly.
-  integer, parameter :: rows_of_point = 3
+  integer, parameter :: rows_of_closed_point = 3
   !> Rows that a product takes at once.
-  integer, parameter :: strip = 64
+  integer, parameter :: rows_of_product = 64
   !> Largest entry times compliance with which forces may be differences of displacements.
   real(wp), parameter :: stiffest_whole = 1.0e4_wp
 
@@ -37,7 +37,7 @@ contains
         end associate
       end do
     end do
-    whole = rows_of_point*tangent%elements > count(touched)
+    whole = rows_of_closed_point*tangent%elements > count(touched)
     if (whole) whole = stiffest_contact(condensed, tangent) <= stiffest_whole
   end function is_better_whole
 
@@ -214,8 +214,8 @@ contains
     !$omp parallel do schedule(static) default(none) private(first, n) &
     !$omp& shared(rows, columns, cu, z, t, parts) if(parts > 1)
     do part = 1, parts
-      first = 1 + rows/strip*(part - 1)/parts*strip
-      n = merge(rows, rows/strip*part/parts*strip, part == parts) + 1 - first
+      first = 1 + rows/rows_of_product*(part - 1)/parts*rows_of_product
+      n = merge(rows, rows/rows_of_product*part/parts*rows_of_product, part == parts) + 1 - first
       call dgemv('N', n, columns, -1.0_wp, cu(first, 1), rows, z, 1, 1.0_wp, t(first), 1)
     end do
     !$omp end parallel do

@@ -6,6 +6,7 @@ module accepted_state
   use contact_system, only: settle_contact
   use first_touch, only: keep_path
   use linear_sums, only: take_sums
+  use bulk_assembly, only: remember_bulk
   use follower_pressure, only: take_pressure_force
   use springs, only: spring_reactions
   use rigid_bodies, only: keep_rigid
@@ -30,7 +31,7 @@ contains
     state%whole = .true.
     if (associated(system%form%accept)) call system%form%accept(model, system, inside_known, &
       state%whole)
-    call keep_path(model, system, state, time)
+    call keep_path(model, system%touch, state, time)
     state%u = system%u
     state%began = state%time
     state%time = time
@@ -41,6 +42,7 @@ contains
     end if
     system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
+    call remember_bulk(system%bulk, model%mesh%x, system%u)
     call rest_solver(system%whole%solver)
   end subroutine accept
 

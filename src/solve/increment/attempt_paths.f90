@@ -65,7 +65,7 @@ contains
 
     if (which == start_other) call start_again(model, system, carried, monitor)
     if (which /= start_same) return
-    call begin_touch_again(system)
+    call begin_touch_again(system%touch)
     call begin_softening(model, system)
     system%u = start
     call start_here(model, system, norm)

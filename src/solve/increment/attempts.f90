@@ -128,7 +128,7 @@ contains
   pure function plan_text(plan) result(t)
     type(attempt_t), intent(in) :: plan(:) !! the ways
     character(:), allocatable :: t
-    character(*), parameter :: starts(4) = [character(28) :: 'start chosen', 'same start', &
+    character(*), parameter :: start_words(4) = [character(28) :: 'start chosen', 'same start', &
       'other start', 'bodies where they were'], &
       paths(3) = [character(28) :: '', ', soft penalties first', ', with damping'], &
       moves(3) = [character(28) :: '', ', multipliers along', ', multipliers rest first']
@@ -137,7 +137,7 @@ contains
     t = ''
     do k = 1, size(plan)
       if (k > 1) t = t//'; '
-      t = t//trim(starts(plan(k)%start))//trim(paths(plan(k)%path))// &
+      t = t//trim(start_words(plan(k)%start))//trim(paths(plan(k)%path))// &
         trim(moves(plan(k)%multipliers))
     end do
   end function plan_text

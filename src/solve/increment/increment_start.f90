@@ -26,7 +26,7 @@ module increment_start
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
   !! what it is without.
-  real(wp), parameter :: most_growth = 20.0_wp
+  real(wp), parameter :: most_energy_growth = 20.0_wp
 
 contains
 
@@ -38,7 +38,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: norm
 
-    call begin_touch_again(system)
+    call begin_touch_again(system%touch)
     call begin_softening(model, system)
     if (associated(system%form%begin_anew)) call system%form%begin_anew(system)
     if (carried) then
@@ -73,8 +73,8 @@ contains
 
     call conditions_at(model, time, displacement=system%u, force=system%loads%external)
     where (system%equation > 0) system%u = state%u
-    call begin_rigid(model, system, state, time)
-    call set_pressures(model, time, system)
+    call begin_rigid(model, system%u, system%tools, state, time)
+    call set_pressures(model, time, system%loads)
   end subroutine begin_at
 
   !> Scales, first touches and the two starts of an increment: where the bodies were, and carried
@@ -155,11 +155,11 @@ contains
     call start_here(model, system, norm_left)
     call take_along(system)
     call start_here(model, system, norm)
-    taken = norm <= most_growth*norm_left
+    taken = norm <= most_energy_growth*norm_left
     if (taken) return
     system%position%carried = alone
     call move_alloc(system%position%x_alone, system%position%x_ahead)
-    call forget_carrying(system)
+    call forget_carrying(system%tools)
   end subroutine start_carried
 
   !> Starts from where the bodies were.
@@ -238,11 +238,11 @@ contains
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
-    call return_rigid(system)
+    call return_rigid(system%u, system%tools)
     call return_bulk(model%mesh%x, system)
     system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
-      call restart_points(model, system)
+      call restart_points(model, system%costs, system%position)
       call move_targets(model, system, 0.0_wp, changes)
       call load_contact(model, system)
     end if

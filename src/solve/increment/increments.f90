@@ -88,8 +88,8 @@ contains
     real(wp) :: start(3, size(system%u, 2))
     integer :: k
 
-    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system), system%motion%hopeless, &
-      may_soften(model))
+    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system%body), &
+      system%motion%hopeless, may_soften(model))
     start = system%u
     trail%other_start = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     trail%carried_left = any(abs(system%position%carried - start) > 0.0_wp)

@@ -21,7 +21,7 @@ module late_look
 
   !> A body that contact alone holds has flown, and a node has strayed, if it has moved by more than
   !! this share of a facet.
-  real(wp), parameter :: far = 0.5_wp
+  real(wp), parameter :: far_share = 0.5_wp
 
 contains
 
@@ -39,7 +39,7 @@ contains
       if (.not. system%condensed%candidate(i)) cycle
       if (.not. system%body%floating(system%body%node_body(i))) cycle
       flown = norm2(model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)) &
-        > far*system%scale%facet_size
+        > far_share*system%scale%facet_size
       if (flown) return
     end do
   end function has_flown
@@ -122,7 +122,7 @@ contains
         do k = 1, 3
           if (system%equation(k, i) > 0) squared = squared + way(k, i)**2
         end do
-        strayed = squared > (far*system%scale%facet_size)**2
+        strayed = squared > (far_share*system%scale%facet_size)**2
         if (strayed) return
       end do
     end associate

@@ -17,10 +17,10 @@ module lost_contact
   real(wp), parameter :: no_force = 1.0e-6_wp
   !> A body that goes farther than this many times what it may touch does, and farther
   !! than this share of a facet, has not gone along.
-  real(wp), parameter :: along = 4.0_wp, far = 0.25_wp
+  real(wp), parameter :: gone_along = 4.0_wp, off_share = 0.25_wp
   !> A body has been thrown, and does not roll, if this share of the turn that is too far for small
   !! strain was made in one increment.
-  real(wp), parameter :: at_once = 0.5_wp
+  real(wp), parameter :: share_at_once = 0.5_wp
 
 contains
 
@@ -38,7 +38,7 @@ contains
     if (.not. any(free)) return
     call find_ways(model, system, way, others)
     call find_others(model, system, free, way, others)
-    thrown = any(free .and. way > max(along*others, far*system%scale%facet_size))
+    thrown = any(free .and. way > max(gone_along*others, off_share*system%scale%facet_size))
   end function has_thrown
 
   !> A body of small strain that supports do not hold has turned farther than a linear theory can
@@ -65,7 +65,7 @@ contains
     do b = 1, system%body%bodies
       if (.not. (small(b) .and. system%body%floating(b))) cycle
       if (norm2(turn(:, b)) <= sin(farthest_turn)) cycle
-      if (norm2(since(:, b)) <= at_once*sin(farthest_turn)) cycle
+      if (norm2(since(:, b)) <= share_at_once*sin(farthest_turn)) cycle
       body = b
       angle = asin(min(1.0_wp, norm2(turn(:, b))))*180.0_wp/pi
       return

@@ -22,6 +22,8 @@ module mortar_increment
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, state_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: solve_mortar
@@ -63,7 +65,7 @@ contains
       if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
-    call restart_points(model, system)
+    call restart_points(model, system%costs, system%position)
     call move_targets(model, system, 0.0_wp, changes)
     call restore_forces(system%condensed)
     call follow_weights(model, system, waits, time, settings, monitor, progress)
@@ -95,7 +97,7 @@ contains
       call weigh_all(model, system, waits, change)
       if (round > 1 .and. changes == 0 .and. change <= unchanged) then
         progress%outcome = outcome_converged
-        call show_all(model, system)
+        call show_all(model, system%contact, system%place)
         return
       end if
       call solve_round(model, system, time, monitor, progress)
@@ -112,14 +114,15 @@ contains
   end subroutine follow_weights
 
   !> Points show what the multipliers around them do.
-  subroutine show_all(model, system)
+  subroutine show_all(model, contact, place)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! contact elements: status
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets status
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
     do k = 1, size(model%pairs)
-      call show_points(model%pairs(k), system%contact%status(system%place%first_point(k): &
-        system%place%first_point(k + 1) - 1))
+      call show_points(model%pairs(k), contact%status(place%first_point(k): &
+        place%first_point(k + 1) - 1))
     end do
   end subroutine show_all
 

@@ -2,6 +2,7 @@
 !! soft ones first (doc/theory, "Continuation").
 module soft_penalties
   use kinds, only: wp
+  use solution_settings, only: tol_energy
   use friction_return, only: has_friction
   use model_types, only: model_t
   use increment_start, only: start_here, leave_bodies
@@ -20,7 +21,7 @@ module soft_penalties
   !> Each next one is so many times as stiff.
   real(wp), parameter :: stiffening = 10.0_wp
   !> Energy tolerance of all solves but the last: their states are no more than starts.
-  real(wp), parameter :: rough_energy = 1.0e-4_wp
+  real(wp), parameter :: start_energy = 1.0e-4_wp
 
 contains
 
@@ -55,8 +56,8 @@ contains
     model%pairs%history%raise = min(1.0_wp, softest/max(model%pairs%points%relative, softest))
     do
       now = settings
-      if (any(model%pairs%history%raise < 1.0_wp)) now%energy_tolerance = max(rough_energy, &
-        settings%energy_tolerance)
+      if (any(model%pairs%history%raise < 1.0_wp)) now%asked(tol_energy) = max(start_energy, &
+        settings%asked(tol_energy))
       system%place%begun = .false.
       progress = newton_t()
       call solve_with_targets(model, system, time, now, monitor, progress)

@@ -21,7 +21,7 @@ module stepping
   public :: advance, raise_outcome
 
   !> The interval between two end times is divided into this many parts at most.
-  integer, parameter :: finest = 1024
+  integer, parameter :: finest_division = 1024
   !> The whole system, which is tried after REDUced has failed, cuts its increments into so many
   !! parts at most where there are more equations than these: each solve takes a sparse factor.
   integer, parameter :: finest_whole = 16, few_equations = 5000
@@ -44,24 +44,24 @@ contains
     logical :: hopeless, flies
     real(wp) :: begin, time
 
-    call retry_condensed(system)
+    call retry_condensed(system%whole)
     begin = state%time
     done = 0
-    longest = finest/settings%parts
+    longest = finest_division/settings%parts
     part = longest
     least = 1
-    do while (done < finest)
-      do while (done + part > finest)
+    do while (done < finest_division)
+      do while (done + part > finest_division)
         part = part/2
       end do
-      time = begin + (end_time - begin)*(real(done + part, wp)/real(finest, wp))
-      if (done + part == finest) time = end_time
+      time = begin + (end_time - begin)*(real(done + part, wp)/real(finest_division, wp))
+      if (done + part == finest_division) time = end_time
       call solve_increment(model, system, state, time, settings, monitor, progress)
       if (progress%outcome == outcome_converged) then
         call monitor%accepted(model, system, state)
         call tell_free_bodies(model, system, monitor)
         done = done + part
-        if (done < finest .and. mod(done, 2*part) == 0) part = min(2*part, longest)
+        if (done < finest_division .and. mod(done, 2*part) == 0) part = min(2*part, longest)
         cycle
       end if
       hopeless = part <= least
@@ -85,7 +85,7 @@ contains
     real(wp) function size_of(parts)
       integer, intent(in) :: parts !! number of parts
 
-      size_of = (end_time - begin)*(real(parts, wp)/real(finest, wp))
+      size_of = (end_time - begin)*(real(parts, wp)/real(finest_division, wp))
     end function size_of
   end subroutine advance
 
@@ -142,8 +142,8 @@ contains
     integer, intent(out) :: least !! it is cut no further than to these
 
     least = 1
-    part = finest
-    do while (part > finest - done)
+    part = finest_division
+    do while (part > finest_division - done)
       part = part/2
     end do
     if (flies) then

@@ -4,30 +4,43 @@ module line_search
   use kinds, only: wp
   use residuals, only: form_trial, residual_norm, round_off_factor
   use supports, only: closing_length
-  use system_types, only: system_t
+  use newton_progress, only: newton_t
+  use system_types, only: system_t, settings_t, search_t
   implicit none
   private
-  public :: search_line, approach
-
-  !> A step is accepted if it lowers the residual by this share of its length,
-  real(wp), parameter :: sufficient_decrease = 1.0e-4_wp
-  !> or if it shortens the next simplified direction by this share of its length.
-  real(wp), parameter :: sufficient_shortening = 0.25_wp
-  !> The shortest step is 2^-8.
-  integer, parameter :: most_halvings = 8
-  !> Where there is an energy, it is least along the direction where its slope is this share of that
-  !! at the iterate, after so many trials at most,
-  real(wp), parameter :: flat = 0.1_wp
-  integer, parameter :: most_trials = 12
-  !> each of which leaves at least this share of the interval out on either side.
-  real(wp), parameter :: least_part = 0.05_wp
+  public :: choose_length
 
 contains
 
-  !> A step with grounded bodies goes to the next touch and no further.
-  subroutine approach(system, x, start, longest, length)
+  !> Goes along the direction: to the next touch if bodies are grounded, else as far as the line
+  !! search says. Multipliers that are new, a bulk that answers by its tangent, points held in stick
+  !! and the first of the steps with damping take the whole way.
+  subroutine choose_length(system, x, settings, progress, longest, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(settings_t), intent(in) :: settings !! how to search
+    type(newton_t), intent(in) :: progress !! residual before the step, iterations in vain
+    real(wp), intent(in) :: longest !! share of du that it may go, at most 1
+    real(wp), intent(out) :: length !! share of du
+
+    associate (search => settings%search, start => progress%start)
+      if (system%body%damping > 0.0_wp) then
+        call search_line(system, x, search, start, system%body%pseudo_step%iterations == 0, &
+          .true., longest, length)
+      else if (any(system%body%grounded)) then
+        call approach(system, x, search, start, longest, length)
+      else
+        call search_line(system, x, search, start, progress%updated .or. system%inner%linearised &
+          .or. any(system%contact%hold), progress%since_lowest < search%circling, longest, length)
+      end if
+    end associate
+  end subroutine choose_length
+
+  !> A step with grounded bodies goes to the next touch and no further.
+  subroutine approach(system, x, search, start, longest, length)
+    type(system_t), intent(inout) :: system !! u is moved
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(search_t), intent(in) :: search !! how to search
     real(wp), intent(in) :: start !! norm of the residual before the step
     real(wp), intent(in) :: longest !! share of du that it may go, at most 1
     real(wp), intent(out) :: length !! share of du
@@ -37,7 +50,7 @@ contains
       call form_trial(system, x, length)
       call system%form%take_trial(system, length)
     else
-      call search_line(system, x, start, .false., .true., longest, length)
+      call search_line(system, x, search, start, .false., .true., longest, length)
     end if
   end subroutine approach
 
@@ -46,9 +59,10 @@ contains
   !! one with the shortest next direction is taken. Without the natural test, which may go in
   !! circles, that is the one with the smallest residual. If no length passes from a residual that
   !! is round-off, the system stays where it is.
-  subroutine search_line(system, x, start, full, natural, longest, length)
+  subroutine search_line(system, x, search, start, full, natural, longest, length)
     type(system_t), intent(inout) :: system !! u is moved to the accepted length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(search_t), intent(in) :: search !! how to search
     real(wp), intent(in) :: start !! norm of the residual before the step
     logical, intent(in) :: full !! take the full step whatever its residual
     logical, intent(in) :: natural !! the length of the next direction counts as well
@@ -62,12 +76,13 @@ contains
     length = longest
     du = system%form%direction_norm(system)
     work = system%form%direction_work(system)
-    do halving = 0, most_halvings
+    do halving = 0, search%most_halvings
       call form_trial(system, x, length)
-      if (full .or. residual_norm(system) <= (1.0_wp - sufficient_decrease*length)*start) exit
+      if (full .or. residual_norm(system) <= &
+        (1.0_wp - search%sufficient_decrease*length)*start) exit
       next = residual_norm(system)
       if (natural) next = system%form%next_length(system)
-      if (natural .and. next <= (1.0_wp - sufficient_shortening*length)*du) exit
+      if (natural .and. next <= (1.0_wp - search%sufficient_shortening*length)*du) exit
       if (next < best) then
         best = next
         best_length = length
@@ -75,14 +90,14 @@ contains
       if (halving == 0) then
         if (has_energy(system) .and. work > 0.0_wp .and. &
           start > round_off_factor*system%scale%round_off) then
-          call search_energy(system, x, longest, work, length)
+          call search_energy(system, x, search, longest, work, length)
           call system%form%take_trial(system, length)
           return
         end if
       end if
       length = 0.5_wp*length
     end do
-    if (halving > most_halvings) then
+    if (halving > search%most_halvings) then
       length = best_length
       if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, x, length)
@@ -100,9 +115,10 @@ contains
 
   !> Goes to where the energy is least along the direction, nearly: its slope, the work of the
   !! residual on the direction, is found zero by halving and the rule of false position (Illinois).
-  subroutine search_energy(system, x, longest, work, length)
+  subroutine search_energy(system, x, search, longest, work, length)
     type(system_t), intent(inout) :: system !! the trial at `longest` is formed; out: that at length
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(search_t), intent(in) :: search !! how to search
     real(wp), intent(in) :: longest !! share of du that it may go
     real(wp), intent(in) :: work !! of the residual on du at the iterate [force length]
     real(wp), intent(out) :: length !! share of du
@@ -115,13 +131,14 @@ contains
     length = longest
     work_high = system%form%direction_work(system)
     side = 0
-    if (work_high >= -flat*work) return
-    do i = 1, most_trials
+    if (work_high >= -search%flat*work) return
+    do i = 1, search%most_trials
       length = (low*work_high - high*work_low)/(work_high - work_low)
-      length = min(max(length, low + least_part*(high - low)), high - least_part*(high - low))
+      length = min(max(length, low + search%least_part*(high - low)), &
+        high - search%least_part*(high - low))
       call form_trial(system, x, length)
       now = system%form%direction_work(system)
-      if (abs(now) <= flat*abs(work)) exit
+      if (abs(now) <= search%flat*abs(work)) exit
       if (now > 0.0_wp) then
         low = length
         work_low = now

@@ -80,7 +80,7 @@ contains
       if (associated(system%form%note_repeated)) call system%form%note_repeated(system, &
         after/before)
       call system%form%take_trial(system, 1.0_wp)
-      if (system%motion%active) call settle_multipliers(system, 1.0_wp)
+      if (system%motion%active) call settle_multipliers(system%motion, 1.0_wp)
       modified%steps = modified%steps + 1
       call count_cost(system%costs, cost_modified_newton, 1)
       if (modified%bends) then

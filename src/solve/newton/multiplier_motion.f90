@@ -16,23 +16,24 @@ module multiplier_motion
   use rigid_bodies, only: nothing_yields
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
+  use multiplier_types, only: multiplier_motion_t
   implicit none
   private
   public :: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit, hand_back_multipliers
 
   !> Shares of what the multipliers lack that a direction may leave.
-  real(wp), parameter :: finest = 1.0e-8_wp, coarsest = 1.0e-2_wp
+  real(wp), parameter :: finest_multipliers = 1.0e-8_wp, coarsest_multipliers = 1.0e-2_wp
   !> Below this share of the forces nothing is lacking, and below this share of what may be lacking
   !! when multipliers fit.
-  real(wp), parameter :: least_share = 1.0e-12_wp, share_of_fitting = 0.1_wp
+  real(wp), parameter :: least_multiplier_share = 1.0e-12_wp, share_of_fitting = 0.1_wp
   !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
   !! these patterns of multipliers meet this compliance over the penalty's.
   real(wp), parameter :: yielding = 1.0e-6_wp
   !> Projections of changes may be wrong by this share of what a direction may leave.
   real(wp), parameter :: little = 1.0e-2_wp
   !> Most iterations of GMRES for the multipliers of one direction.
-  integer, parameter :: most_vectors = 40
+  integer, parameter :: multiplier_vectors = 40
   !> What multipliers in place of a stiff penalty may lack, over the forces of their pair.
   real(wp), parameter :: softened_share = 1.0e-12_wp
 
@@ -92,10 +93,10 @@ contains
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
       call project(model, system, at, change_of_forces(system, system%du), image, little*floor)
-      call begin_gmres(reshape(lack + image, [size(lack)]), most_vectors, iteration)
+      call begin_gmres(reshape(lack + image, [size(lack)]), multiplier_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
-      do while (iteration%rest > floor .and. iteration%n < most_vectors)
+      do while (iteration%rest > floor .and. iteration%n < multiplier_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call system%form%answer(system, -forces_of_way(system), du)
         call project(model, system, at, change_of_forces(system, du), image, share)
@@ -112,8 +113,9 @@ contains
     real(wp), intent(in) :: rest !! what the multipliers lack [force]
     real(wp), intent(in) :: before !! the same one iteration ago, 0 if there is none [force]
 
-    share = coarsest
-    if (before > 0.0_wp) share = max(finest, min(coarsest, 0.1_wp*(rest/before)**2))
+    share = coarsest_multipliers
+    if (before > 0.0_wp) share &
+      = max(finest_multipliers, min(coarsest_multipliers, 0.1_wp*(rest/before)**2))
   end function wanted_share
 
   !> What multipliers may lack when a direction need not bring more: less than when they fit, or
@@ -124,7 +126,7 @@ contains
     real(wp) :: forces
     integer :: k
 
-    least = least_share*norm2(system%motion%force)
+    least = least_multiplier_share*norm2(system%motion%force)
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
       forces = norm2(system%motion%force(:, system%place%first_point(k): &
@@ -249,12 +251,12 @@ contains
   end function forces_of_way
 
   !> Moves the multipliers by the step that has been taken.
-  pure subroutine settle_multipliers(system, length)
-    type(system_t), intent(inout) :: system !! motion
+  pure subroutine settle_multipliers(motion, length)
+    type(multiplier_motion_t), intent(inout) :: motion !! motion
     real(wp), intent(in) :: length !! share of the way
 
-    system%motion%start = system%motion%start + length*system%motion%way
-    system%motion%way = 0.0_wp
+    motion%start = motion%start + length*motion%way
+    motion%way = 0.0_wp
   end subroutine settle_multipliers
 
   !> No pair has multipliers that differ from its forces by more than a share of its largest force.

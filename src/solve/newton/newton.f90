@@ -2,6 +2,7 @@
 module newton
   use kinds, only: wp
   use costs, only: wall_seconds
+  use solution_settings, only: tol_energy, tol_residual
   use signals, only: stop_requested
   use threads, only: notice_others
   use parallel, only: any_rank
@@ -16,7 +17,7 @@ module newton
   use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use expected_status, only: forget_expected, turned_back
-  use line_search, only: search_line, approach
+  use line_search, only: choose_length
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
@@ -28,6 +29,8 @@ module newton
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
   use system_types, only: system_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, solve_frozen, iterate, is_converged
@@ -36,12 +39,11 @@ module newton
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
     outcome_turned, outcome_thrown
 
-  !> Iterations in a row without progress after which the natural test is left out of the line
-  !! search, and after which the solve has stalled.
-  integer, parameter :: circling = 4, patience = 12
+  !> Iterations in a row without progress after which the solve has stalled.
+  integer, parameter :: iterations_without_gain = 12
   !> Iterations with points that turn back after which a solve relies on the line search alone. In
   !! stacks of bodies the search for the points that open uses up some of them.
-  integer, parameter :: most_turns = 6, most_turns_of_stack = 14
+  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
   !> A point has turned back if it had slipped by more than this share of what it slips now: less is
   !! round-off of a solution.
   real(wp), parameter :: least_slip = 1.0e-6_wp
@@ -118,7 +120,8 @@ contains
       progress%outcome = outcome_step_done
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
-    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= patience .and. &
+    else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
+      .and. &
       system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
@@ -151,7 +154,7 @@ contains
 
     modified%bends = any(model%pairs%smooth) .and. is_close(progress)
     if (progress%energy_met .or. .not. may_go_on(system, progress)) return
-    call follow_modified_newton(model, system, settings%energy_tolerance, progress%first_energy, &
+    call follow_modified_newton(model, system, settings%asked(tol_energy), progress%first_energy, &
       progress%energy, force_scale(system)*wanted_share(settings), modified)
     progress%energy_met = modified%energy_met .or. modified%settled
     progress%halved = progress%halved .and. .not. modified%settled .and. &
@@ -172,7 +175,7 @@ contains
     if (.not. renewed) return
     call form_residual(system, x)
     sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
-      max(true_share, settings%residual_tolerance)*force_scale(system))
+      max(true_share, settings%asked(tol_residual))*force_scale(system))
   end subroutine look_again
 
   !> One iteration: tangent, factor, direction, line search.
@@ -198,7 +201,7 @@ contains
       if (dropped) call form_residual(system, model%mesh%x)
     end if
     progress%start = residual_norm(system)
-    call choose_held(system, progress)
+    call choose_held(system%contact, system%body, progress)
     system%wish%share = progress%share
     system%wish%wanted = wanted_share(settings)
     system%wish%indefinite = progress%indefinite
@@ -227,17 +230,8 @@ contains
       return
     end if
     longest = min(longest, longest_step(system))
-    if (system%body%damping > 0.0_wp) then
-      call search_line(system, model%mesh%x, progress%start, &
-        system%body%pseudo_step%iterations == 0, .true., longest, length)
-      call count_way(system, length)
-    else if (any(system%body%grounded)) then
-      call approach(system, model%mesh%x, progress%start, longest, length)
-    else
-      call search_line(system, model%mesh%x, progress%start, progress%updated .or. &
-        system%inner%linearised .or. &
-        any(system%contact%hold), progress%since_lowest < circling, longest, length)
-    end if
+    call choose_length(system, model%mesh%x, settings, progress, longest, length)
+    if (system%body%damping > 0.0_wp) call count_way(system, length)
     if (associated(system%form%judge_step)) call system%form%judge_step(system, progress%start, &
       length)
     progress%linearised = system%inner%linearised
@@ -246,9 +240,9 @@ contains
       progress%outcome = outcome_inverted
       return
     end if
-    if (system%motion%active) call settle_multipliers(system, length)
+    if (system%motion%active) call settle_multipliers(system%motion, length)
     progress%length = length
-    if (allocated(before)) call judge_settled(before, length, system)
+    if (allocated(before)) call judge_settled(before, length, system%contact, system%body)
     if (is_close(progress)) call follow_shape(model, system)
     progress%updated = .false.
     progress%energy_met = .false.
@@ -264,15 +258,16 @@ contains
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
-  subroutine choose_held(system, progress)
-    type(system_t), intent(inout) :: system !! contact elements; gets hold
+  subroutine choose_held(contact, body, progress)
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets hold
+    type(bodies_t), intent(in) :: body !! connected bodies
     type(newton_t), intent(inout) :: progress !! counts the iterations with such points
 
     if (progress%updated) return
-    system%contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, most_turns, is_stack(system))) &
-      system%contact%hold = turned_back(system%contact, least_slip)
-    if (any(system%contact%hold)) progress%turns = progress%turns + 1
+    contact%hold = .false.
+    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(body))) &
+      contact%hold = turned_back(contact, least_slip)
+    if (any(contact%hold)) progress%turns = progress%turns + 1
   end subroutine choose_held
 
   !> The report of one iteration.

@@ -2,10 +2,13 @@
 !! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
 module newton_progress
   use kinds, only: wp
+  use solution_settings, only: tol_energy, tol_residual
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
   use system_types, only: system_t, settings_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
@@ -94,8 +97,8 @@ contains
       converged = .true.
     else if (settings%roughly) then
       converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
-    else if (settings%residual_tolerance > 0.0_wp) then
-      converged = norm <= settings%residual_tolerance*force_scale(system)
+    else if (settings%asked(tol_residual) > 0.0_wp) then
+      converged = norm <= settings%asked(tol_residual)*force_scale(system)
     else
       converged = progress%energy_met .and. &
         norm <= wanted_share(settings)*force_scale(system)
@@ -130,17 +133,18 @@ contains
   pure real(wp) function wanted_share(settings) result(share)
     type(settings_t), intent(in) :: settings !! tolerances
 
-    share = max(settings%residual_tolerance, residual_share*sqrt(settings%energy_tolerance))
+    share = max(settings%asked(tol_residual), residual_share*sqrt(settings%asked(tol_energy)))
   end function wanted_share
 
   !> Whether nearly all points are what they were before the last step.
-  pure subroutine judge_settled(before, length, system)
+  pure subroutine judge_settled(before, length, contact, body)
     integer, intent(in) :: before(:) !! (contact elements) their status before it
     real(wp), intent(in) :: length !! share of its direction that was gone
-    type(system_t), intent(inout) :: system !! contact elements; gets settled
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(bodies_t), intent(inout) :: body !! gets settled
 
-    system%body%settled = length >= 1.0_wp .and. real(count(system%contact%status /= before), wp) &
-      <= settled_share*real(count(before > status_open), wp)
+    body%settled = length >= 1.0_wp .and. real(count(contact%status /= before), wp) <= &
+      settled_share*real(count(before > status_open), wp)
   end subroutine judge_settled
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
@@ -150,7 +154,7 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
 
-    associate (tolerance => settings%energy_tolerance, first => progress%first_energy)
+    associate (tolerance => settings%asked(tol_energy), first => progress%first_energy)
       met = progress%energy <= tolerance*first
       if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
       ! a step with the same tangent asks the same

@@ -14,11 +14,11 @@ module pseudo_time
   !> An Euler step is solved for when this share of the damping's force is left.
   real(wp), parameter :: solved = 0.1_wp
   !> Iterations in which it has to be, and what the damping becomes after 1, 2, ... of them.
-  integer, parameter :: most_iterations = 8
-  real(wp), parameter :: growth(most_iterations) = [0.1_wp, 0.2_wp, 0.3_wp, 0.5_wp, 0.7_wp, &
+  integer, parameter :: most_damped_iterations = 8
+  real(wp), parameter :: growth(most_damped_iterations) = [0.1_wp, 0.2_wp, 0.3_wp, 0.5_wp, 0.7_wp, &
     1.0_wp, 1.5_wp, 2.0_wp]
   !> What it becomes where a step cannot be solved for, and how much it may grow in all.
-  real(wp), parameter :: failed_growth = 10.0_wp, most_growth = 1.0e6_wp
+  real(wp), parameter :: failed_growth = 10.0_wp, most_damping_growth = 1.0e6_wp
   !> A step whose residual exceeds that after its first iteration by this factor is given up;
   !! damping that was too small by less than this factor is not tried soon again, by which it is
   !! forgotten.
@@ -79,7 +79,7 @@ contains
       else if (is_lost(system, norm)) then
         pseudo_step%too_small = safety*system%body%damping
         system%body%damping = failed_growth*system%body%damping
-        hopeless = system%body%damping > most_growth*system%body%first_damping
+        hopeless = system%body%damping > most_damping_growth*system%body%first_damping
         call return_to_center(system)
         rests = .true.
       end if
@@ -102,7 +102,7 @@ contains
     real(wp), intent(in) :: norm !! of the residual
 
     associate (pseudo_step => system%body%pseudo_step)
-      lost = pseudo_step%iterations == most_iterations .or. &
+      lost = pseudo_step%iterations == most_damped_iterations .or. &
         way_of(system) > longest_way*system%scale%facet_size .or. &
         (pseudo_step%iterations > 1 .and. norm > getting_worse*pseudo_step%first)
     end associate

@@ -15,7 +15,7 @@ module remedies
   !> A penetration by more than this share of the cells at the surface is deep.
   real(wp), parameter :: deep = 0.2_wp
   !> A softer penalty converges more surely above this times E/h.
-  real(wp), parameter :: soft = 10.0_wp
+  real(wp), parameter :: soft_penalty = 10.0_wp
 
 contains
 
@@ -58,11 +58,12 @@ contains
         pair%name// &
         ' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%points%cell, 2)// &
         ' cells: look at units and size of loads and displacements, or raise its penalty')
-      if (pair%points%relative > soft) t = joined(t, '  pair '//pair%name//': a penalty of '// &
+      if (pair%points%relative > soft_penalty) t &
+        = joined(t, '  pair '//pair%name//': a penalty of '// &
         to_text(pair%points%relative, 3)// &
           ' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its '// &
         'gaps must close')
-      if (pair%points%relative > 0.0_wp .and. pair%points%relative <= soft) t = joined(t, &
+      if (pair%points%relative > 0.0_wp .and. pair%points%relative <= soft_penalty) t = joined(t, &
         '  pair '// &
         pair%name//': try a softer penalty (PENAlty AUTO 1), with AUGMent if its gaps must close')
       if (pair%points%relative <= 0.0_wp) t = joined(t, '  pair '//pair%name// &

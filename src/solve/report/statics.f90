@@ -30,11 +30,11 @@ module statics
   !> A contact lessens the rest if its force does more than this along it.
   real(wp), parameter :: helps = 1.0e-9_wp
   !> Forces depend on each other whose least combination is below this share of the largest.
-  real(wp), parameter :: dependent = 1.0e-11_wp
+  real(wp), parameter :: dependent_force = 1.0e-11_wp
   !> A body touches what is no farther than this share of the longest facet.
   real(wp), parameter :: close_by = 1.0e-3_wp
   !> Most contact forces that are tried one after the other.
-  integer, parameter :: most_trials = 400
+  integer, parameter :: most_forces_tried = 400
   !> So much friction is as good as any.
   real(wp), parameter :: any_friction = 1.0e3_wp
   !> What statics says of a system.
@@ -136,7 +136,7 @@ contains
     n = 0
     rest = -loads
     kind = statics_unknown
-    do trial = 1, most_trials
+    do trial = 1, most_forces_tried
       if (norm2(rest) <= carried_share) kind = statics_carried
       if (kind == statics_carried .or. n > size(loads)) return
       call best_force(parts, rest, friction, columns(:, n + 1), work)
@@ -265,7 +265,8 @@ contains
     right = 0.0_wp
     right(:size(wanted)) = wanted
     place = 0
-    call dgelsy(size(a, 1), size(a, 2), 1, a, size(a, 1), right, size(right), place, dependent, &
+    call dgelsy(size(a, 1), size(a, 2), 1, a, size(a, 1), right, size(right), place, &
+      dependent_force, &
       rank, work, size(work), info)
     amounts = merge(right(:size(amounts)), 0.0_wp, info == 0)
   end subroutine least_squares

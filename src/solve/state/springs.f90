@@ -5,6 +5,7 @@ module springs
   use model_types, only: model_t
   use block_matrix, only: find_block
   use system_types, only: system_t, state_t
+  use system_parts, only: bulk_answer_t, outer_t, whole_form_t
   implicit none
   private
   public :: start_springs, add_springs, add_spring_forces, spring_reactions, is_supported
@@ -12,39 +13,41 @@ module springs
 contains
 
   !> Takes the springs of free degrees of freedom; on the others they would act on supports alone.
-  pure subroutine start_springs(model, system)
+  pure subroutine start_springs(model, equation, loads)
     type(model_t), intent(in) :: model !! springs
-    type(system_t), intent(inout) :: system !! equations given; gets spring, if there are such
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(outer_t), intent(inout) :: loads !! gets spring, if there are such
 
     if (.not. allocated(model%conditions%spring)) return
-    system%loads%spring = model%conditions%spring
-    where (system%equation == 0) system%loads%spring = 0.0_wp
+    loads%spring = model%conditions%spring
+    where (equation == 0) loads%spring = 0.0_wp
   end subroutine start_springs
 
   !> Adds them to the bulk's matrix.
-  pure subroutine add_springs(system)
-    type(system_t), intent(inout) :: system !! its bulk_matrix has been assembled
+  pure subroutine add_springs(loads, whole)
+    type(outer_t), intent(in) :: loads !! springs
+    type(whole_form_t), intent(inout) :: whole !! its bulk_matrix has been assembled
     integer :: node, place, k
 
-    if (.not. allocated(system%loads%spring)) return
-    do node = 1, size(system%loads%spring, 2)
-      if (all(system%loads%spring(:, node) <= 0.0_wp)) cycle
-      place = find_block(system%whole%bulk_matrix, node, node)
+    if (.not. allocated(loads%spring)) return
+    do node = 1, size(loads%spring, 2)
+      if (all(loads%spring(:, node) <= 0.0_wp)) cycle
+      place = find_block(whole%bulk_matrix, node, node)
       do k = 1, 3
-        associate (stiffness => system%whole%bulk_matrix%val(k, k, place))
-          stiffness = stiffness + system%loads%spring(k, node)
+        associate (stiffness => whole%bulk_matrix%val(k, k, place))
+          stiffness = stiffness + loads%spring(k, node)
         end associate
       end do
     end do
   end subroutine add_springs
 
   !> Adds their forces to those of the bulk.
-  pure subroutine add_spring_forces(u, system)
+  pure subroutine add_spring_forces(u, loads, inner)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! springs; bulk_force grows
+    type(outer_t), intent(in) :: loads !! springs
+    type(bulk_answer_t), intent(inout) :: inner !! bulk_force grows
 
-    if (allocated(system%loads%spring)) system%inner%bulk_force = system%inner%bulk_force + &
-      system%loads%spring*u
+    if (allocated(loads%spring)) inner%bulk_force = inner%bulk_force + loads%spring*u
   end subroutine add_spring_forces
 
   !> Their forces on the bodies are reactions.

@@ -1,6 +1,6 @@
 !> Bodies that contact alone holds and that lean on each other (doc/theory, "Floating bodies").
 module stacks
-  use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: is_stack
@@ -12,9 +12,9 @@ contains
 
   !> Bodies that contact alone holds lean on each other: their multipliers rest first, as these lead
   !! each other astray far from the solution, and their increments take many solves.
-  pure logical function is_stack(system) result(stack)
-    type(system_t), intent(in) :: system !! bodies
+  pure logical function is_stack(body) result(stack)
+    type(bodies_t), intent(in) :: body !! bodies
 
-    stack = count(system%body%floating) >= many_bodies
+    stack = count(body%floating) >= many_bodies
   end function is_stack
 end module stacks

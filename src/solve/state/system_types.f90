@@ -1,6 +1,7 @@
 !> The discrete system: equations, element lists, matrices, and the state that is solved for.
 module system_types
   use kinds, only: wp
+  use solution_settings, only: n_settings, settings_of_deck
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use condensed_types, only: condensed_t
@@ -13,12 +14,28 @@ module system_types
   use model_types, only: model_t
   implicit none
   private
-  public :: system_t, state_t, settings_t, form_t
+  public :: system_t, state_t, settings_t, search_t, form_t
+
+  !> How far an iteration goes along its direction (line_search).
+  type :: search_t
+    real(wp) :: sufficient_decrease = 1.0e-4_wp !! a step is accepted if it lowers the residual by
+    !! this share of its length,
+    real(wp) :: sufficient_shortening = 0.25_wp !! or if it shortens the next simplified direction
+    !! by this share of its length
+    integer :: most_halvings = 8 !! the shortest step is 2 to the power of less this
+    integer :: circling = 4 !! iterations in a row without progress after which the next direction
+    !! does not count any more
+    real(wp) :: flat = 0.1_wp !! where there is an energy, it is least along the direction where its
+    !! slope is this share of that at the iterate,
+    integer :: most_trials = 12 !! after so many trials at most,
+    real(wp) :: least_part = 0.05_wp !! each of which leaves at least this share of the interval out
+    !! on either side
+  end type search_t
 
   !> When an increment counts as converged, and how far the nonlinear solution goes.
   type :: settings_t
-    real(wp) :: energy_tolerance = 1.0e-16_wp !! relative energy (FEAP)
-    real(wp) :: residual_tolerance = 0.0_wp !! relative residual; 0: energy decides
+    real(wp) :: asked(n_settings) = settings_of_deck%given !! what solution commands have set
+    type(search_t) :: search !! step lengths
     integer :: most_solves = 50 !! linear solves of one increment
     logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
     integer :: parts = 1 !! an interval between end times begins in so many, a power of 2

@@ -2,18 +2,19 @@
 module bulk_assembly
   use kinds, only: wp
   use element_types, only: task_tangent, task_residual, task_stress, task_reach
-  use solid_types, only: solid_t, d_youngs_modulus, d_poissons_ratio, d_law, d_mean
+  use solid_types, only: solid_t, d_youngs_modulus, d_poissons_ratio, d_mean
   use law_linear, only: lame
-  use bulk_laws, only: neohooke
-  use tetrahedra_at_once, only: at_once, tetrahedra_t, deform_tetrahedra, strain_tetrahedra, &
-    form_tangents, is_reach_far
+  use law_neohooke, only: neohooke_point
+  use tetrahedra_at_once, only: points_at_once, tetrahedra_t, deform_tetrahedra, &
+    strain_tetrahedra, form_tangents, is_reach_far
   use element_lists, only: bulk_list_t, threads_of
   use element_parts, only: part_nodes, elements_of_part
   use elmlib, only: solid_routine, routine_none, routine_finite
   use block_matrix, only: block_matrix_t, find_column
   implicit none
   private
-  public :: assemble_bulk, recover_bulk, recover_points, find_bulk_reach, scatter_column
+  public :: assemble_bulk, recover_bulk, recover_points, find_bulk_reach, remember_bulk, &
+    scatter_column
 
 contains
 
@@ -66,8 +67,8 @@ contains
     energy = 0.0_wp
     inverted = list%n + 1
     call elements_of_part(list, part, mine, which)
-    do first = 1, size(which), at_once
-      last = min(first + at_once - 1, size(which))
+    do first = 1, size(which), points_at_once
+      last = min(first + points_at_once - 1, size(which))
       if (are_alike(list, which(first:last))) then
         call compute_alike(list, task, x, u, which(first:last), group)
         do k = first, last
@@ -152,13 +153,13 @@ contains
     type(bulk_list_t), intent(in) :: list !! elements
     integer, intent(in) :: which(:) !! some of them
 
-    alike = size(which) == at_once
+    alike = size(which) == points_at_once
     if (alike) alike = list%routine(which(1)) == routine_finite
     if (.not. alike) return
     associate (set => list%set(which(1)))
-      alike = nint(list%d(d_law, set)) == neohooke .and. list%d(d_mean, set) <= 0.0_wp .and. &
-        all(list%set(which) == set) .and. all(list%nel(which) == 4) .and. &
-        all(list%routine(which) == routine_finite)
+      alike = associated(list%law(set)%point, neohooke_point) .and. &
+        list%d(d_mean, set) <= 0.0_wp .and. all(list%set(which) == set) .and. &
+        all(list%nel(which) == 4) .and. all(list%routine(which) == routine_finite)
     end associate
   end function are_alike
 
@@ -190,7 +191,7 @@ contains
     type(tetrahedra_t), intent(inout) :: group !! gets x, u
     integer :: i, a
 
-    do i = 1, at_once
+    do i = 1, points_at_once
       do a = 1, 4
         associate (node => list%ix(a, which(i)))
           group%x(i, :, a) = x(:, node)
@@ -255,15 +256,15 @@ contains
     real(wp), intent(out) :: reach !! share of the way, huge if nothing stops it
     integer, intent(out) :: worst !! the element, 0 if nothing stops it
     type(solid_t) :: e
-    logical :: far(at_once)
-    integer :: which(at_once), first, last, k, i
+    logical :: far(points_at_once)
+    integer :: which(points_at_once), first, last, k, i
 
     reach = huge(1.0_wp)
     worst = 0
-    do first = 1, list%n, at_once
-      last = min(first + at_once - 1, list%n)
+    do first = 1, list%n, points_at_once
+      last = min(first + points_at_once - 1, list%n)
       far = .false.
-      which = [(k, k=first, first + at_once - 1)]
+      which = [(k, k=first, first + points_at_once - 1)]
       if (are_alike(list, which(:last - first + 1))) call reach_alike(list, which, x, u, du, far)
       do k = first, last
         if (far(k - first + 1) .or. list%routine(k) /= routine_finite) cycle
@@ -286,13 +287,13 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(in) :: du(:, :) !! (3, nodes) way on from there [length]
-    logical, intent(out) :: far(at_once) !! it is so
+    logical, intent(out) :: far(points_at_once) !! it is so
     type(tetrahedra_t) :: group
-    real(wp) :: way(at_once, 3, 4)
+    real(wp) :: way(points_at_once, 3, 4)
     integer :: i, a
 
     call gather_alike(list, which, x, u, group)
-    do i = 1, at_once
+    do i = 1, points_at_once
       do a = 1, 4
         way(i, :, a) = du(:, list%ix(a, which(i)))
       end do
@@ -308,15 +309,37 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(solid_t), intent(inout) :: e !! local data
-    integer :: i
+    integer :: i, points
 
+    e%point => list%law(list%set(k))%point
+    e%finite = list%law(list%set(k))%finite
     e%nel = list%nel(k)
     e%ix(1:e%nel) = list%ix(1:e%nel, k)
     do i = 1, e%nel
       e%xl(:, i) = x(:, e%ix(i))
       e%ul(:, i) = u(:, e%ix(i))
     end do
+    if (.not. allocated(list%memory)) return
+    points = size(list%memory, 2)
+    e%old(:size(list%memory, 1), :points) = list%memory(:, :, k)
   end subroutine gather
+
+  !> What the points of all elements remember of displacements that have been accepted.
+  subroutine remember_bulk(list, x, u)
+    type(bulk_list_t), intent(inout) :: list !! elements; gets memory
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(solid_t) :: e
+    integer :: k
+
+    if (.not. allocated(list%memory)) return
+    do k = 1, list%n
+      if (list%routine(k) /= routine_finite) cycle
+      call gather(list, k, x, u, e)
+      call solid_routine(list%routine(k), task_residual, list%d(:, list%set(k)), e)
+      list%memory(:, :, k) = e%new(:size(list%memory, 1), :size(list%memory, 2))
+    end do
+  end subroutine remember_bulk
 
   !> Adds a column of blocks of an element matrix.
   pure subroutine scatter_column(place, s, a)

@@ -4,7 +4,7 @@ module bulk_products
   use kinds, only: wp
   use block_matrix, only: block_matrix_t, multiply, multiply_absolute
   use linear_solver, only: has_bulk, multiply_taken
-  use system_types, only: system_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: multiply_bulk, multiply_bulk_absolute, give_bulk
@@ -12,48 +12,51 @@ module bulk_products
 contains
 
   !> y = K x.
-  subroutine multiply_bulk(system, x, y)
-    type(system_t), intent(inout) :: system !! bulk's matrix
+  subroutine multiply_bulk(equation, whole, x, y)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(whole_form_t), intent(inout) :: whole !! bulk's matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes)
     real(wp), intent(out) :: y(:, :) !! (3, nodes)
     real(wp), allocatable :: rest(:, :)
 
-    if (.not. system%whole%given) then
-      call multiply(system%whole%bulk_matrix, x, y)
+    if (.not. whole%given) then
+      call multiply(whole%bulk_matrix, x, y)
       return
     end if
-    call multiply_taken(system%whole%solver, system%equation, x, .false., y)
+    call multiply_taken(whole%solver, equation, x, .false., y)
     allocate (rest(3, size(x, 2)))
-    call multiply(system%whole%rim, x, rest)
+    call multiply(whole%rim, x, rest)
     y = y + rest
   end subroutine multiply_bulk
 
   !> y = |K| |x|.
-  subroutine multiply_bulk_absolute(system, x, y)
-    type(system_t), intent(inout) :: system !! bulk's matrix
+  subroutine multiply_bulk_absolute(equation, whole, x, y)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(whole_form_t), intent(inout) :: whole !! bulk's matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes)
     real(wp), intent(out) :: y(:, :) !! (3, nodes)
     real(wp), allocatable :: rest(:, :)
 
-    if (.not. system%whole%given) then
-      call multiply_absolute(system%whole%bulk_matrix, x, y)
+    if (.not. whole%given) then
+      call multiply_absolute(whole%bulk_matrix, x, y)
       return
     end if
-    call multiply_taken(system%whole%solver, system%equation, x, .true., y)
+    call multiply_taken(whole%solver, equation, x, .true., y)
     allocate (rest(3, size(x, 2)))
-    call multiply_absolute(system%whole%rim, x, rest)
+    call multiply_absolute(whole%rim, x, rest)
     y = y + rest
   end subroutine multiply_bulk_absolute
 
   !> Gives the values to a solver that has taken the free ones: what it does not know stays here.
-  subroutine give_bulk(system)
-    type(system_t), intent(inout) :: system !! gets given, rim; bulk_matrix keeps its graph
+  subroutine give_bulk(equation, whole)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(whole_form_t), intent(inout) :: whole !! gets given, rim; bulk_matrix keeps its graph
 
-    if (system%whole%given) return
-    if (.not. has_bulk(system%whole%solver)) return
-    call find_rim(system%whole%bulk_matrix, system%equation, system%whole%rim)
-    deallocate (system%whole%bulk_matrix%val)
-    system%whole%given = .true.
+    if (whole%given) return
+    if (.not. has_bulk(whole%solver)) return
+    call find_rim(whole%bulk_matrix, equation, whole%rim)
+    deallocate (whole%bulk_matrix%val)
+    whole%given = .true.
   end subroutine give_bulk
 
   !> What a matrix has in rows or columns that are restrained.

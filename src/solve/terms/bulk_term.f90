@@ -4,9 +4,10 @@ module bulk_term
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
   use cells, only: nodes_of, tet4
-  use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_law, d_mean
-  use bulk_laws, only: laws
-  use element_lists, only: allocate_bulk
+  use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_mean, d_own
+  use bulk_laws, only: bulk_law
+  use bulk_memory, only: memory_shape
+  use element_lists, only: allocate_bulk, bulk_list_t
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
   use block_matrix, only: block_matrix_t, sum_absolute
@@ -35,7 +36,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! u given; gets bulk, bulk_matrix, bulk_force, stiffest
 
-    call list_bulk(model, system)
+    call list_bulk(model, system%bulk)
     call list_volumes(model, system%volumes)
     call begin_cost(system%costs, cost_pattern)
     call build_graph(model%mesh%nodes, system%bulk, system%whole%bulk_matrix, third=system%volumes)
@@ -64,50 +65,52 @@ contains
   end subroutine take_bulk_back
 
   !> Lists the elements; those of rigid materials take no part.
-  subroutine list_bulk(model, system)
+  subroutine list_bulk(model, bulk)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(inout) :: system !! gets bulk
-    integer :: k, m, most, nodes
+    type(bulk_list_t), intent(inout) :: bulk !! gets bulk
+    integer :: k, m, most, nodes, shape(3)
 
     most = tet4%nodes
     do k = 1, model%mesh%elements
       most = max(most, nodes_of(model%mesh%ix(:, k)))
     end do
-    call allocate_bulk(system%bulk, model%mesh%elements, size(model%materials), most)
+    call allocate_bulk(bulk, model%mesh%elements, size(model%materials), most)
     do m = 1, size(model%materials)
       associate (material => model%materials(m))
-        system%bulk%d(d_youngs_modulus, m) = material%youngs_modulus
-        system%bulk%d(d_poissons_ratio, m) = material%poissons_ratio
-        system%bulk%d(d_law, m) = real(material%law, wp)
-        system%bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
+        bulk%d(d_youngs_modulus, m) = material%youngs_modulus
+        bulk%d(d_poissons_ratio, m) = material%poissons_ratio
+        bulk%law(m) = bulk_law(material%law)
+        bulk%d(d_own:, m) = material%own
+        bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
         if (.not. material%nodal) cycle
         ! the same shear modulus without a volumetric part, which nodal_dilatation adds
-        system%bulk%d(d_youngs_modulus, m) = material%youngs_modulus/(1.0_wp &
-          + material%poissons_ratio)
-        system%bulk%d(d_poissons_ratio, m) = 0.0_wp
+        bulk%d(d_youngs_modulus, m) = material%youngs_modulus/(1.0_wp + material%poissons_ratio)
+        bulk%d(d_poissons_ratio, m) = 0.0_wp
       end associate
     end do
     do k = 1, model%mesh%elements
       m = model%element_material(k)
       if (m == 0) cycle
       nodes = nodes_of(model%mesh%ix(:, k))
-      system%bulk%set(k) = m
-      system%bulk%nel(k) = nodes
-      system%bulk%ix(:nodes, k) = model%mesh%ix(:nodes, k)
+      bulk%set(k) = m
+      bulk%nel(k) = nodes
+      bulk%ix(:nodes, k) = model%mesh%ix(:nodes, k)
       if (model%materials(m)%rigid) cycle
-      system%bulk%routine(k) = kinematics(nodes, laws(model%materials(m)%law)%finite)
-      if (system%bulk%routine(k) == routine_finite) system%bulk%linear = .false.
+      bulk%routine(k) = kinematics(nodes, bulk%law(m)%linear)
+      if (bulk%routine(k) == routine_finite) bulk%linear = .false.
     end do
+    shape = memory_shape(model)
+    if (shape(1) > 0) allocate (bulk%memory(shape(1), shape(2), shape(3)), source=0.0_wp)
   end subroutine list_bulk
 
   !> The element routine of a shape under a law.
-  pure integer function kinematics(nodes, finite) result(routine)
+  pure integer function kinematics(nodes, linear) result(routine)
     integer, intent(in) :: nodes !! nodes of the element
-    logical, intent(in) :: finite !! the law is one of finite strain
+    logical, intent(in) :: linear !! the law is
 
     routine = routine_small
     if (nodes == tet4%nodes) routine = routine_t4
-    if (finite) routine = routine_finite
+    if (.not. linear) routine = routine_finite
   end function kinematics
 
   !> Tangent and force at a state.
@@ -134,9 +137,9 @@ contains
       call add_volume_forces(x, u, system)
       call add_volume_tangent(x, u, system)
     end if
-    call add_springs(system)
-    call add_spring_forces(u, system)
-    call add_pressure_tangent(x, u, system)
+    call add_springs(system%loads, system%whole)
+    call add_spring_forces(u, system%loads, system%inner)
+    call add_pressure_tangent(x, u, system%loads, system%whole)
     call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine add_tangent_at
@@ -154,7 +157,7 @@ contains
     system%whole%bulk_matrix%val = 0.0_wp
     call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%whole%bulk_matrix)
     if (inverted == 0) call add_volume_tangent(x, u, system)
-    call add_springs(system)
+    call add_springs(system%loads, system%whole)
     call end_cost(system%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
 
@@ -201,9 +204,10 @@ contains
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
 
     if (system%bulk%linear) then
-      call multiply_bulk(system, system%u, system%inner%bulk_force)
+      call multiply_bulk(system%equation, system%whole, system%u, system%inner%bulk_force)
     else if (system%inner%linearised) then
-      call multiply_bulk(system, system%u - system%inner%u_start, system%inner%bulk_force)
+      call multiply_bulk(system%equation, system%whole, system%u - system%inner%u_start, &
+        system%inner%bulk_force)
       system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
       call form_force_at(x, system%u, system)
@@ -220,7 +224,7 @@ contains
     if (.not. system%bulk%linear) then
       call form_force_at(x, system%trial, system)
     else if (system%tools%border%n > 0) then
-      call multiply_bulk(system, system%trial, system%inner%bulk_force)
+      call multiply_bulk(system%equation, system%whole, system%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
@@ -234,7 +238,7 @@ contains
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
       system%inner%inverted)
     if (system%inner%inverted == 0) call add_volume_forces(x, u, system)
-    call add_spring_forces(u, system)
+    call add_spring_forces(u, system%loads, system%inner)
     call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
   end subroutine form_force_at
 
@@ -251,8 +255,8 @@ contains
   subroutine form_bulk_change(system)
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
-    if (system%bulk%linear .and. system%tools%border%n == 0) &
-      call multiply_bulk(system, system%du, system%inner%bulk_change)
+    if (system%bulk%linear .and. system%tools%border%n == 0) call multiply_bulk(system%equation, &
+      system%whole, system%du, system%inner%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment

@@ -12,7 +12,7 @@ module candidate_sweep
   public :: sweep_pair
 
   !> Slave nodes further from the master than this many search radii do not count.
-  real(wp), parameter :: reach = 1.5_wp
+  real(wp), parameter :: reach_radii = 1.5_wp
   !> Most positions that are looked at between two corners of a load.
   integer, parameter :: most_positions = 200
   !> Where rigid bodies would press their points into the master by at most such a share of the
@@ -20,9 +20,9 @@ module candidate_sweep
   !! it; elsewhere one ring of facets around them.
   real(wp), parameter :: little_depth = 0.125_wp, margin = 0.25_wp, fine_step = 0.5_wp
   !> Facets that may be so near to a point.
-  integer, parameter :: most_near = 64
+  integer, parameter :: most_facets_near = 64
   !> Multiplications and additions for a point at a position, at least.
-  real(wp), parameter :: of_point = 500.0_wp
+  real(wp), parameter :: operations_of_place = 500.0_wp
 
   !> Nodes that have been marked.
   type :: marks_t
@@ -60,7 +60,8 @@ contains
     call mark_pair(pair, tree, places(:, :, 1), marks(1))
     call list_positions(pair, places, pair%search_radius*merge(fine_step, 1.0_wp, &
       allocated(marks(1)%near)), positions)
-    strips = worth_threads(of_point*real(used_points(pair), wp)*real(size(positions), wp))
+    strips = worth_threads(operations_of_place*real(used_points(pair), wp)*real(size(positions), &
+      wp))
     marks = [(marks(1), s=1, strips)]
     !$omp parallel do schedule(static, 1) default(none) &
     !$omp& shared(pair, tree, places, positions, marks, strips) if(strips > 1)
@@ -152,7 +153,7 @@ contains
     do p = 1, used_points(pair)
       y = point_position(pair, p, x)
       call nearest_facet(tree, pair%surface%facets, x, y, facet, distance, pair%surface%depth)
-      if (facet == 0 .or. distance > reach*pair%search_radius) cycle
+      if (facet == 0 .or. distance > reach_radii*pair%search_radius) cycle
       marks%touched(pair%points%point_nodes(:, p)) = .true.
       marks%touched(pair%surface%facets(:, facet)) = .true.
       if (allocated(marks%near)) call mark_near(pair, tree, x, y, facet, distance, marks%near)
@@ -169,13 +170,13 @@ contains
     real(wp), intent(in) :: distance !! how far that is off [length]
     logical, allocatable, intent(inout) :: near(:) !! (nodes) marked; goes where the point is too
     !! deep, or facets are many
-    integer :: found(most_near), n, i
+    integer :: found(most_facets_near), n, i
     real(wp) :: xi(2), gap, farthest
 
     call project_on_facet(corners(x, pair%surface%facets(:, nearest)), y, xi, gap)
     farthest = distance + margin*pair%search_radius
     call facets_near(tree, y, farthest, found, n)
-    if (gap < -little_depth*pair%search_radius .or. n == most_near) then
+    if (gap < -little_depth*pair%search_radius .or. n == most_facets_near) then
       deallocate (near)
       return
     end if

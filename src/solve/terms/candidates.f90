@@ -18,7 +18,7 @@ module candidates
   real(wp), parameter :: turn_step = 0.09_wp
 
   !> Dense systems of so few rows cost next to nothing.
-  real(wp), parameter :: few_rows = 1500.0_wp
+  real(wp), parameter :: rows_for_nothing = 1500.0_wp
   !> What the condensed form costs, in the unit of the cost of sparse factors over equations to the
   !! power of 1.5: a row of contact, an equation, the square and the cube of a body's candidates,
   !! and an equation of a body whose candidates may be eliminated among the others; measured. Plates
@@ -111,7 +111,7 @@ contains
     share = (row_cost*rows + equation_cost*real(system%equations, wp) &
       + sum(body_cost(dofs, equations, system%bulk%linear .and. system%body%motions%n == 0))) &
       /real(system%equations, wp)**power
-    if (max(rows, real(maxval(dofs), wp)) <= few_rows) share = min(share, 1.0_wp)
+    if (max(rows, real(maxval(dofs), wp)) <= rows_for_nothing) share = min(share, 1.0_wp)
   end function dense_share
 
   !> Cost of the compliance of a body and of its products.

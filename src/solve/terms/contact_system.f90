@@ -1,7 +1,7 @@
 !> The contact elements of a system: targets to elements, elements to targets.
 module contact_system
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells
+  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells, cost_t
   use element_types, only: status_off, status_open, status_stick, status_slip
   use elmlib, only: routine_none
   use element_lists, only: element_list_t
@@ -22,26 +22,28 @@ module contact_system
   use first_touch, only: withhold_friction, place_touches
   use softening, only: hold_coefficients
   use system_types, only: system_t
+  use system_parts, only: positions_t
   implicit none
   private
   public :: restart_points, move_targets, load_contact, settle_contact, contact_counts
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
-  real(wp), parameter :: far_away = 1.0_wp
+  real(wp), parameter :: open_radii = 1.0_wp
 
 contains
 
   !> Working points of all pairs at the start of an increment.
-  subroutine restart_points(model, system)
+  subroutine restart_points(model, costs, position)
     type(model_t), intent(inout) :: model !! pairs: new is set
-    type(system_t), intent(inout) :: system !! cost table
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(positions_t), intent(in) :: position !! what points start from
     integer :: k
 
-    call begin_cost(system%costs, cost_search)
+    call begin_cost(costs, cost_search)
     do k = 1, size(model%pairs)
-      call begin_increment(model%pairs(k), system%position%x_old)
+      call begin_increment(model%pairs(k), position%x_old)
     end do
-    call end_cost(system%costs, cost_search)
+    call end_cost(costs, cost_search)
   end subroutine restart_points
 
   !> Lets the targets of all pairs follow the apexes. The first cells of an increment are cut where
@@ -115,7 +117,7 @@ contains
       if (point%target == 0) return
       list%status(element) = status_open
       call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
-      if (gap > far_away*pair%search_radius) return
+      if (gap > open_radii*pair%search_radius) return
       list%routine(element) = facet_routine(pair, point%target)
       system%place%targets(element) = coupling(pair, p, point%target)
       call place_nodes(pair, p, point%target, element, list)

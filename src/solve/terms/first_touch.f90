@@ -19,7 +19,7 @@ module first_touch
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
   use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
-    first_target, meet
+    first_target, meet, touch_t
   use system_types, only: system_t, state_t
   implicit none
   private
@@ -183,10 +183,10 @@ contains
 
   !> Another try of the same increment. If the first pass has led nowhere, there is none: friction
   !! acts everywhere, and the apexes of open points stay where they were last.
-  subroutine begin_touch_again(system)
-    type(system_t), intent(inout) :: system !! touch
+  subroutine begin_touch_again(touch)
+    type(touch_t), intent(inout) :: touch !! touch
 
-    system%touch%stage = merge(touch_waits, touch_none, system%touch%stage == touch_known)
+    touch%stage = merge(touch_waits, touch_none, touch%stage == touch_known)
   end subroutine begin_touch_again
 
   !> Takes friction away from the elements at which it waits.
@@ -411,15 +411,15 @@ contains
   end subroutine place_touch
 
   !> The state before an increment that is accepted tells the next one how bodies move.
-  subroutine keep_path(model, system, state, time)
+  subroutine keep_path(model, touch, state, time)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(inout) :: system !! touch
+    type(touch_t), intent(inout) :: touch !! touch
     type(state_t), intent(in) :: state !! the state before
     real(wp), intent(in) :: time !! end of the increment
     integer :: k
 
     if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
-    system%touch%u_before = state%u
-    system%touch%span_before = time - state%time
+    touch%u_before = state%u
+    touch%span_before = time - state%time
   end subroutine keep_path
 end module first_touch

@@ -11,6 +11,7 @@ module follower_pressure
   use block_matrix, only: find_block
   use model_types, only: model_t
   use system_types, only: system_t
+  use system_parts, only: outer_t, whole_form_t
   implicit none
   private
   public :: list_pressures, set_pressures, add_pressure_force, add_pressure_tangent, &
@@ -29,59 +30,58 @@ module follower_pressure
 contains
 
   !> Lists the facets under pressure.
-  pure subroutine list_pressures(model, system)
+  pure subroutine list_pressures(model, loads)
     type(model_t), intent(in) :: model !! pressures and surfaces
-    type(system_t), intent(inout) :: system !! gets pressed, pressure
+    type(outer_t), intent(inout) :: loads !! gets pressed, pressure
     integer :: k, f, n
 
     n = 0
     do k = 1, size(model%conditions%pressures)
       n = n + size(model%mesh%surfaces(model%conditions%pressures(k)%surface)%facets, 2)
     end do
-    allocate (system%loads%pressed(most_facet_nodes, n), system%loads%pressed_by(n), source=0)
-    allocate (system%loads%pressure(size(model%conditions%pressures)), source=0.0_wp)
+    allocate (loads%pressed(most_facet_nodes, n), loads%pressed_by(n), source=0)
+    allocate (loads%pressure(size(model%conditions%pressures)), source=0.0_wp)
     n = 0
     do k = 1, size(model%conditions%pressures)
       associate (faces => model%mesh%surfaces(model%conditions%pressures(k)%surface))
         do f = 1, size(faces%facets, 2)
           n = n + 1
-          system%loads%pressed(:, n) = facet_of(model%mesh%ix(:, faces%elements(f)), &
-            faces%facets(:, f))
-          system%loads%pressed_by(n) = k
+          loads%pressed(:, n) = facet_of(model%mesh%ix(:, faces%elements(f)), faces%facets(:, f))
+          loads%pressed_by(n) = k
         end do
       end associate
     end do
   end subroutine list_pressures
 
   !> Pressures at a time.
-  pure subroutine set_pressures(model, time, system)
+  pure subroutine set_pressures(model, time, loads)
     type(model_t), intent(in) :: model !! pressures and tables
     real(wp), intent(in) :: time !! the time
-    type(system_t), intent(inout) :: system !! gets pressure
+    type(outer_t), intent(inout) :: loads !! gets pressure
     integer :: k
 
-    if (.not. allocated(system%loads%pressure)) return
-    do k = 1, size(system%loads%pressure)
+    if (.not. allocated(loads%pressure)) return
+    do k = 1, size(loads%pressure)
       associate (load => model%conditions%pressures(k))
-        system%loads%pressure(k) = load%value*load_factor(model%tables, load%table, time)
+        loads%pressure(k) = load%value*load_factor(model%tables, load%table, time)
       end associate
     end do
   end subroutine set_pressures
 
   !> Places a facet under pressure.
-  pure subroutine place_pressed(x, u, system, f, facet)
+  pure subroutine place_pressed(x, u, loads, f, facet)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(in) :: system !! facets and pressures
+    type(outer_t), intent(in) :: loads !! facets and pressures
     integer, intent(in) :: f !! number of the facet
     type(pressed_t), intent(out) :: facet !! the facet
     real(wp) :: y(3, most_facet_nodes)
     integer :: nodes, q, i
 
-    nodes = count(system%loads%pressed(:, f) > 0)
-    facet%pressure = system%loads%pressure(system%loads%pressed_by(f))
+    nodes = count(loads%pressed(:, f) > 0)
+    facet%pressure = loads%pressure(loads%pressed_by(f))
     if (abs(facet%pressure) <= 0.0_wp) return
-    associate (ix => system%loads%pressed(:nodes, f))
+    associate (ix => loads%pressed(:nodes, f))
       y(:, :nodes) = x(:, ix) + u(:, ix)
     end associate
     call place_facet_points(nodes, facet%points, facet%n, facet%slopes, facet%weights)
@@ -105,7 +105,7 @@ contains
 
     if (.not. allocated(system%loads%pressed)) return
     do f = 1, size(system%loads%pressed, 2)
-      call place_pressed(x, u, system, f, facet)
+      call place_pressed(x, u, system%loads, f, facet)
       associate (ix => system%loads%pressed(:, f))
         do q = 1, facet%points
           t = -share*facet%pressure*facet%weights(q)*cross(facet%tangents(:, 1, q), &
@@ -120,23 +120,24 @@ contains
 
   !> Adds the derivatives of what stands with the internal forces to the bulk's tangent:
   !! `K_ab = p int N_a (N_b,2 [t1]x - N_b,1 [t2]x)`.
-  pure subroutine add_pressure_tangent(x, u, system)
+  pure subroutine add_pressure_tangent(x, u, loads, whole)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! bulk_matrix grows
+    type(outer_t), intent(in) :: loads !! facets and pressures
+    type(whole_form_t), intent(inout) :: whole !! bulk_matrix grows
     type(pressed_t) :: facet
     integer :: f, q, a, b, nodes
 
-    if (.not. allocated(system%loads%pressed)) return
-    do f = 1, size(system%loads%pressed, 2)
-      call place_pressed(x, u, system, f, facet)
-      nodes = count(system%loads%pressed(:, f) > 0)
-      associate (ix => system%loads%pressed(:nodes, f))
+    if (.not. allocated(loads%pressed)) return
+    do f = 1, size(loads%pressed, 2)
+      call place_pressed(x, u, loads, f, facet)
+      nodes = count(loads%pressed(:, f) > 0)
+      associate (ix => loads%pressed(:nodes, f))
         do q = 1, facet%points
           do b = 1, nodes
             do a = 1, nodes
-              associate (k => system%whole%bulk_matrix%val(:, :, &
-                find_block(system%whole%bulk_matrix, ix(a), ix(b))))
+              associate (k => whole%bulk_matrix%val(:, :, &
+                find_block(whole%bulk_matrix, ix(a), ix(b))))
                 k = k + facet%pressure*facet%weights(q)*facet%n(a, q) &
                   *(facet%slopes(2, b, q)*spin(facet%tangents(:, 1, q)) &
                   - facet%slopes(1, b, q)*spin(facet%tangents(:, 2, q)))

@@ -12,7 +12,7 @@ module force_scales
 
   !> No node goes farther in a run than this many times the size of the model, beyond what is
   !! prescribed.
-  real(wp), parameter :: farthest = 2.0_wp
+  real(wp), parameter :: farthest_reference = 2.0_wp
   !> An iterative solver may leave this share of what counts as converged, and of what Newton
   !! itself leaves,
   real(wp), parameter :: share_of_goal = 0.1_wp
@@ -44,7 +44,7 @@ contains
         if (system%equation(k, i) == 0) prescribed = max(prescribed, abs(system%u(k, i)))
       end do
     end do
-    system%scale%bound = farthest*norm2(high - low) + largest_of(state%u) + prescribed
+    system%scale%bound = farthest_reference*norm2(high - low) + largest_of(state%u) + prescribed
     system%scale%stroke = largest_of(system%u - state%u)
   end subroutine begin_scales
 

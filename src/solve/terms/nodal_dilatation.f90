@@ -15,6 +15,7 @@ module nodal_dilatation
   use model_types, only: model_t
   use block_matrix, only: find_block
   use system_types, only: system_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: list_volumes, add_volume_forces, add_volume_tangent, add_nodal_pressure
@@ -237,27 +238,27 @@ contains
               + 0.25_wp*part%gradient
           end do
           if (list%finite(list%set(corners(1)))) call add_turning(0.25_wp*sum(pressure(corners)) &
-            *part%volume, part%c, nodes, system)
+            *part%volume, part%c, nodes, system%whole)
         end associate
       end do
-      call add_products(slope/list%size, b, system)
+      call add_products(slope/list%size, b, system%volumes, system%whole)
     end associate
   end subroutine add_volume_tangent
 
   !> factor (c_a c_b^T - c_b c_a^T) of one element.
-  subroutine add_turning(factor, c, nodes, system)
+  subroutine add_turning(factor, c, nodes, whole)
     real(wp), intent(in) :: factor !! p V J [force length]
     real(wp), intent(in) :: c(3, 4) !! F^-T grad N_a [1/length]
     integer, intent(in) :: nodes(4) !! its nodes
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    type(whole_form_t), intent(inout) :: whole !! gets bulk_matrix
     integer :: a, b, place, k
 
     do b = 1, 4
       do a = 1, 4
         if (a == b) cycle
-        place = find_block(system%whole%bulk_matrix, nodes(a), nodes(b))
+        place = find_block(whole%bulk_matrix, nodes(a), nodes(b))
         do k = 1, 3
-          system%whole%bulk_matrix%val(:, k, place) = system%whole%bulk_matrix%val(:, k, place) &
+          whole%bulk_matrix%val(:, k, place) = whole%bulk_matrix%val(:, k, place) &
             + factor*(c(:, a)*c(k, b) - c(:, b)*c(k, a))
         end do
       end do
@@ -265,17 +266,18 @@ contains
   end subroutine add_turning
 
   !> sum_n U''/V_n B_n B_n^T.
-  subroutine add_products(factor, b, system)
+  subroutine add_products(factor, b, volumes, whole)
     real(wp), intent(in) :: factor(:) !! (n) U''/V_n
     real(wp), intent(in) :: b(:, :, :) !! (3, most nodes, n) B_n at the nodes of each volume
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(whole_form_t), intent(inout) :: whole !! gets bulk_matrix
     integer :: v, i, j, place, k
 
-    associate (list => system%volumes, val => system%whole%bulk_matrix%val)
+    associate (list => volumes, val => whole%bulk_matrix%val)
       do v = 1, list%n
         do j = 1, list%nel(v)
           do i = 1, list%nel(v)
-            place = find_block(system%whole%bulk_matrix, list%ix(i, v), list%ix(j, v))
+            place = find_block(whole%bulk_matrix, list%ix(i, v), list%ix(j, v))
             do k = 1, 3
               val(:, k, place) = val(:, k, place) + factor(v)*b(:, i, v)*b(k, j, v)
             end do

@@ -18,9 +18,9 @@ module point_forces
 
   !> A vector whose points have less than this share of the largest stiffness counts as if it had
   !! so much: a gap over next to nothing of the surface is none.
-  real(wp), parameter :: least_share = 1.0e-3_wp
+  real(wp), parameter :: least_weight_share = 1.0e-3_wp
   !> A node whose shape function is no more than this has no part in a place.
-  real(wp), parameter :: beside = 1.0e-6_wp
+  real(wp), parameter :: no_shape_share = 1.0e-6_wp
 
   !> Forces of the points of a pair at a converged state.
   type :: point_forces_t
@@ -89,9 +89,9 @@ contains
     hold%along = .not. moves(system, node)
     do i = 1, size(facet)
       if (facet(i) == 0) cycle
-      if (n(modulo(i - 1, 3) + 1) <= beside) cycle
+      if (n(modulo(i - 1, 3) + 1) <= no_shape_share) cycle
       if (i > 3) then
-        if (n(modulo(i - 3, 3) + 1) <= beside) cycle
+        if (n(modulo(i - 3, 3) + 1) <= no_shape_share) cycle
       end if
       hold%along = hold%along .and. .not. moves(system, facet(i))
     end do
@@ -132,7 +132,7 @@ contains
       do i = 1, at%field%n
         change = max(change, norm2(rest(:, i)))
         force = max(force, norm2(taken(:, i)))
-        gap = max(gap, norm2(rest(:, i))/max(at%field%stiffness(i), least_share &
+        gap = max(gap, norm2(rest(:, i))/max(at%field%stiffness(i), least_weight_share &
           *maxval(at%field%stiffness)))
       end do
       gap = gap/(model%pairs(k)%history%raise*at%facet)

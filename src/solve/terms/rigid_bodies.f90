@@ -8,6 +8,7 @@ module rigid_bodies
   use rigid_paths, only: count_rigid, motion_at, load_at
   use rigid_types, only: rigid_t
   use system_types, only: system_t, state_t
+  use system_parts, only: rigid_part_t
   implicit none
   private
   public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
@@ -66,27 +67,28 @@ contains
   end function nothing_yields
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
-  subroutine begin_rigid(model, system, state, time)
+  subroutine begin_rigid(model, u, tools, state, time)
     type(model_t), intent(in) :: model !! rigid bodies and tables
-    type(system_t), intent(inout) :: system !! u given at prescribed nodes; completed
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) given at prescribed nodes; completed [length]
+    type(rigid_part_t), intent(inout) :: tools !! get the state that they start from
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     real(wp) :: motion(6)
     integer :: b
 
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         motion = motion_at(model, b, time)
         rigid%given = motion(1:3)
         rigid%load = load_at(model, b, time)
-        rigid%base = system%u(:, rigid%node)
+        rigid%base = u(:, rigid%node)
         rigid%old_move = state%rigid(1:3, b)
         rigid%old_turn = rotation_matrix(state%rigid(4:6, b))
       end associate
     end do
-    call forget_carrying(system)
-    call return_rigid(system)
+    call forget_carrying(tools)
+    call return_rigid(u, tools)
   end subroutine begin_rigid
 
   !> Displacements of the nodes of a body.
@@ -105,14 +107,14 @@ contains
   end subroutine place_nodes
 
   !> The predictor leaves all bodies where they are but for what is prescribed.
-  pure subroutine forget_carrying(system)
-    type(system_t), intent(inout) :: system !! rigid bodies
+  pure subroutine forget_carrying(tools)
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies
     integer :: b
 
-    system%tools%ahead = .false.
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    tools%ahead = .false.
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         rigid%ahead_move = rigid%old_move
         rigid%ahead_turn = rigid%old_turn
       end associate
@@ -134,16 +136,17 @@ contains
   end subroutine carry_rigid
 
   !> Back to the start of the increment.
-  subroutine return_rigid(system)
-    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+  subroutine return_rigid(u, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of their nodes are set [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
     integer :: b
 
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
-        rigid%move = merge(rigid%ahead_move, rigid%old_move, system%tools%ahead)
-        rigid%turn = merge(rigid%ahead_turn, rigid%old_turn, system%tools%ahead)
-        if (size(rigid%unknown) > 0) call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
+        rigid%move = merge(rigid%ahead_move, rigid%old_move, tools%ahead)
+        rigid%turn = merge(rigid%ahead_turn, rigid%old_turn, tools%ahead)
+        if (size(rigid%unknown) > 0) call place_nodes(rigid, rigid%move, rigid%turn, u)
       end associate
     end do
   end subroutine return_rigid
@@ -210,36 +213,38 @@ contains
   end subroutine try_rigid
 
   !> Moves to the trial.
-  subroutine take_rigid(system)
-    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+  subroutine take_rigid(u, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of their nodes are set [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
     integer :: b
 
-    if (system%tools%border%n == 0) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (tools%border%n == 0) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
         rigid%move = rigid%trial_move
         rigid%turn = rigid%trial_turn
-        call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+        call place_nodes(rigid, rigid%move, rigid%turn, u)
       end associate
     end do
   end subroutine take_rigid
 
   !> Moves what is free of a connected body by a translation.
-  subroutine drop_rigid(system, body, way)
-    type(system_t), intent(inout) :: system !! u of its rigid nodes is moved
+  subroutine drop_rigid(u, tools, body, way)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) moved at their nodes [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point; moved
     integer, intent(in) :: body !! connected body
     real(wp), intent(in) :: way(3) !! the translation [length]
     integer :: b, k
 
-    if (system%tools%border%n == 0) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (tools%border%n == 0) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
         do k = 1, 3
           if (any(rigid%unknown == k)) rigid%move(k) = rigid%move(k) + way(k)
         end do
-        call place_nodes(rigid, rigid%move, rigid%turn, system%u)
+        call place_nodes(rigid, rigid%move, rigid%turn, u)
       end associate
     end do
   end subroutine drop_rigid
@@ -280,21 +285,22 @@ contains
   end function rigid_values
 
   !> Residual of the unknowns: what acts on the nodes of a body and on its point.
-  subroutine add_rigid_right(system, u, tried, force)
-    type(system_t), intent(inout) :: system !! gets right behind the equations of the nodes
+  subroutine add_rigid_right(right, tools, u, tried, force)
+    real(wp), intent(inout) :: right(:) !! right-hand side behind the equations of the nodes [force]
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies with a point
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, of the iterate or a trial [length]
     logical, intent(in) :: tried !! those of the trial
     real(wp), intent(in) :: force(:, :) !! (3, nodes) what acts on the nodes [force]
     real(wp) :: w(6), move(3)
     integer :: b
 
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         move = rigid%move
         if (tried) move = rigid%trial_move
         w = rigid%load + wrench_on(rigid, u, move, force)
         w(4:6) = w(4:6)/rigid%length
-        system%right(rigid%first + 1:rigid%first + size(rigid%unknown)) = w(rigid%unknown)
+        right(rigid%first + 1:rigid%first + size(rigid%unknown)) = w(rigid%unknown)
       end associate
     end do
   end subroutine add_rigid_right

@@ -233,7 +233,7 @@ contains
           system%equation, nodes, system%costs)
       end if
     end associate
-    if (nodes%apart) call give_bulk(system)
+    if (nodes%apart) call give_bulk(system%equation, system%whole)
   end subroutine describe_tangent
 
   !> Solves for nodes and rigid bodies with the last factor.

@@ -17,10 +17,10 @@ module softening
 
   !> Coefficients that differ by more than this share are clearly others: Newton's method finds its
   !! way from the one to the other no more where bodies jump.
-  real(wp), parameter :: clearly = 1.0e-4_wp
+  real(wp), parameter :: clearly_falling = 1.0e-4_wp
   !> Passes with coefficients that are held. They fall from one to the next, commonly to the kinetic
   !! ones in two or three; where they fall slowly nothing jumps.
-  integer, parameter :: most_passes = 40
+  integer, parameter :: most_softening_passes = 40
 
 contains
 
@@ -119,13 +119,13 @@ contains
         mu = pair%friction%mu
         values = pair%law
         call hold_path(list%path1(element) + way(place), values, mu)
-        far = far .or. any(abs(mu - now) > clearly*now)
+        far = far .or. any(abs(mu - now) > clearly_falling*now)
       end associate
     end do
     if (found == before) return
     associate (softening => system%softening(k))
       softening%passes = softening%passes + 1
-      if (far .and. softening%passes < most_passes) then
+      if (far .and. softening%passes < most_softening_passes) then
         softening%ahead = max(softening%ahead, way)
       else
         softening%follows = softening%follows .or. way > 0.0_wp .or. softening%ahead > 0.0_wp

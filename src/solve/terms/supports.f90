@@ -302,7 +302,7 @@ contains
         if (system%body%node_body(node) /= body) cycle
         where (system%equation(:, node) > 0) system%u(:, node) = system%u(:, node) + way
       end do
-      call drop_rigid(system, body, way)
+      call drop_rigid(system%u, system%tools, body, way)
     end do
   end subroutine drop_bodies
 
