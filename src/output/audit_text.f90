@@ -234,7 +234,7 @@ contains
         t = 'takes nothing'
         if (size(model%pairs) == 0) t = 'no contact'
         if (worst > 0) t = 'takes about '//to_text(100.0_wp*audit%value(check), 2)// &
-          ' % of forces or ways, most of it pair '//model%pairs(worst)%name
+          ' % of forces or displacements, most of it pair '//model%pairs(worst)%name
       case default
         t = 'enough'
         if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
@@ -285,9 +285,9 @@ contains
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
     case (check_penalty)
-      t = 'without penetration forces are larger where ways are prescribed, ways smaller where '// &
-        'forces are: write a stiffer PENAlty (AUTO 100 takes a tenth to a third of what '// &
-        'AUTO 10 does), or AUGMent'
+      t = 'without penetration forces are larger where displacements are prescribed, '// &
+        'displacements smaller where forces are: write a stiffer PENAlty (AUTO 100 takes '// &
+        'a tenth to a third of what AUTO 10 does), or AUGMent'
     case (check_answers)
       t = answers_advice
     case (check_moved)

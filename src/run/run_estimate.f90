@@ -144,8 +144,8 @@ contains
     end if
     times = estimate%end_times/max(1, model%output%every)
     estimate%results = bytes_of_head*real(merge(2, 1, size(model%pairs) > 0), wp) &
-      + bytes_of_number*(each*real(times, wp) + per_state*nodes*real(model%output%kept_states &
-      + 1, wp))
+      + bytes_of_number*(each*real(times, wp) &
+      + per_state*nodes*real(model%output%kept_states + 1, wp))
   end subroutine foresee_files
 
   !> Products and sums a second of processor time, by the factor of a dense matrix; the first one

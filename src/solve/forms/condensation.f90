@@ -6,9 +6,11 @@ module condensation
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use product_inverse, only: invert_product
-  use block_matrix, only: block_matrix_t
+  use lapack_interface, only: dgetrf, dgetrs
+  use block_matrix, only: block_matrix_t, find_block
   use ordered_blocks, only: ordered_blocks_t
-  use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory
+  use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory, &
+    solver_singular
   use cholmod_solver, only: trailing_block, drop_trailing_block, factor_work
   use elimination_order, only: order_equations
   use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, &
@@ -21,7 +23,7 @@ module condensation
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
     solve_body, spread_body, push_body, reduce_body, complete_body, halve_body, shrink_body, &
-    body_work, needed_bytes, is_worth_sharing, drop_live, free_body
+    body_work, needed_bytes, is_worth_sharing, take_shift_out, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
   real(wp), parameter :: near_enough = 1.0e-3_wp
@@ -155,6 +157,36 @@ contains
     body%softness = sum(body%diagonal)/real(body%m, wp)
     if (info /= 0) outcome = solver_failed
   end subroutine form_compliance
+
+  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20). Pins
+  !! stay: they are springs that the motions of the body know of.
+  subroutine take_shift_out(blocks, body, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    type(condensed_body_t), intent(inout) :: body !! compliance with springs given; without them
+    integer, intent(out) :: outcome !! done or singular
+    real(wp), allocatable :: matrix(:, :)
+    integer :: i, j, info, pivot(body%m)
+
+    outcome = solver_done
+    if (body%m == 0) return
+    allocate (matrix(body%m, body%m))
+    do i = 1, body%m
+      body%compliance(i, i + 1:) = body%compliance(i + 1:, i)
+    end do
+    do j = 1, body%m
+      associate (node => body%node(body%equation(j)), k => body%direction(body%equation(j)))
+        matrix(:, j) = 0.0_wp
+        if (.not. any(body%pin_node == node .and. body%pin_direction == k)) matrix(:, j) = &
+          -body%compliance(:, j)*blocks%val(k, k, find_block(blocks, node, node))
+        matrix(j, j) = matrix(j, j) + 1.0_wp
+      end associate
+    end do
+    call dgetrf(body%m, body%m, matrix, body%m, pivot, info)
+    if (info /= 0) outcome = solver_singular
+    if (info == 0) call dgetrs('N', body%m, body%m, matrix, body%m, pivot, body%compliance, &
+      body%m, info)
+    body%diagonal = [(abs(body%compliance(i, i)), i=1, body%m)]
+  end subroutine take_shift_out
 
   !> Forgets the compliance of the live candidates.
   subroutine drop_live(body)

@@ -54,6 +54,7 @@ contains
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%body%bodies), condensed%place(3, model%mesh%nodes))
       condensed%rigid%x = model%mesh%x
+      condensed%exact = any(model%pairs%mortar)
       if (system%bulk%linear) then
         call begin_influence(model, system)
         call condense_all(system, spread(.true., 1, system%body%bodies), outcome, model)

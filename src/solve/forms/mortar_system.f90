@@ -1,16 +1,20 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
 !! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
+!! In more than 400 lines, since gaps, compliance and motions are sums over the same rows.
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
+  use mortar_types, only: turned_way
   use mortar_cone, only: cone_of_node_t
   use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_bodies, only: rigid_motion, loads_on_rigid
   use live_candidates, only: gather_compliance, complete_compliance
   use tree_compliance, only: apply_tree
   use system_types, only: system_t
   implicit none
   private
-  public :: mortar_system_t, build_mortar, spread_multipliers, local_forces
+  public :: mortar_system_t, build_mortar, join_rows, find_gaps, take_cones, spread_multipliers, &
+    local_forces
 
   !> The rows of all pairs, one after the other.
   type :: mortar_rows_t
@@ -33,7 +37,10 @@ module mortar_system
     real(wp), allocatable :: motion(:, :) !! (3 n, modes) by rigid motions of the bodies
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
+    real(wp), allocatable :: hold(:, :) !! (modes, modes) what resists them in a bulk that is not
+    !! linear [force/length]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
+    logical, allocatable :: yields(:) !! (n) by a penalty
   end type mortar_system_t
 
 contains
@@ -56,11 +63,15 @@ contains
       allocate (unknowns%load(modes), source=0.0_wp)
       if (modes > 0) unknowns%load = matmul(system%condensed%outer%pushes, &
         system%condensed%outer%factors)
+      allocate (unknowns%hold(modes, modes), source=0.0_wp)
+      if (modes > 0 .and. .not. system%bulk%linear) unknowns%hold = system%condensed%rigid%hold
     end associate
+    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
     do b = 1, size(system%condensed%bodies)
       if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
         system%condensed%bodies(b), unknowns)
     end do
+    call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
     call take_cones(model, unknowns)
   end subroutine build_mortar
@@ -105,7 +116,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! loaded displacements, prescribed u
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap
-    real(wp) :: x(3, size(system%u, 2)), from(3, size(system%u, 2)), slip(3), gap(3)
+    real(wp) :: x(3, size(system%u, 2)), from(3, size(system%u, 2)), slip(3), gap(3), way(3)
     integer :: c, i, k, m, e
 
     x = model%mesh%x + system%u
@@ -123,14 +134,19 @@ contains
         associate (rows => unknowns%rows, frame => unknowns%rows%frame(:, :, i), &
           node => unknowns%rows%node(i), share => model%pairs(k)%nodes%from(:, m))
           slip = 0.0_wp
+          way = 0.0_wp
           gap = 0.0_wp
           do e = rows%first(i), rows%first(i + 1) - 1
             associate (j => rows%column(e))
               gap = gap + rows%now(e)*(x(:, j) - x(:, node))
               slip = slip + rows%before(e)*((x(:, j) - x(:, node)) - way_from(system, share, j, &
                 node))
+              way = way + rows%before(e)*(system%position%x_old(:, j) - system%position%x_old(:, &
+                node))
             end associate
           end do
+          slip = slip - share(1)*(turned_way(model%pairs(k)%old_nodes, model%pairs(k)%nodes, m, &
+            way) - way)
           unknowns%gap(3*i - 2:3*i - 1) = matmul(slip, frame(:, 1:2))
           unknowns%gap(3*i) = dot_product(gap, frame(:, 3)) + model%pairs(k)%nodes%offset(m)
         end associate
@@ -284,6 +300,60 @@ contains
     end associate
   end subroutine add_motions
 
+  !> Free motions of rigid bodies with a point, behind those of the others, to first order about
+  !! where they are; what acts on them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
+  pure subroutine add_rigid(system, unknowns)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), allocatable :: none(:, :), hold(:, :)
+    integer :: i, e
+
+    allocate (none(3*unknowns%n, system%tools%border%n), source=0.0_wp)
+    associate (rows => unknowns%rows, n => size(unknowns%load), m => system%tools%border%n)
+      unknowns%motion = reshape([unknowns%motion, none], [3*unknowns%n, n + m])
+      unknowns%push = reshape([unknowns%push, none], [3*unknowns%n, n + m])
+      allocate (hold(n + m, n + m), source=0.0_wp)
+      hold(:n, :n) = unknowns%hold
+      call move_alloc(hold, unknowns%hold)
+      unknowns%load = [unknowns%load, loads_on_rigid(system)]
+      do i = 1, unknowns%n
+        now = 0.0_wp
+        before = 0.0_wp
+        do e = rows%first(i), rows%first(i + 1) - 1
+          if (system%tools%carried_by(rows%column(e)) == 0) cycle
+          of_node = rigid_motion(system, rows%column(e))
+          now = now + rows%now(e)*of_node
+          before = before + rows%before(e)*of_node
+        end do
+        now = matmul(transpose(rows%frame(:, :, i)), now)
+        before = matmul(transpose(rows%frame(:, :, i)), before)
+        before(3, :) = now(3, :)
+        unknowns%push(3*i - 2:3*i, n + 1:) = now
+        unknowns%motion(3*i - 2:3*i, n + 1:) = before
+      end do
+    end associate
+  end subroutine add_rigid
+
+  !> Points of other forms yield by their penalties, eq. (7.22).
+  pure subroutine add_penalties(model, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their rows
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets yields
+    integer :: k, m, i, c
+
+    allocate (unknowns%yields(unknowns%n), source=.false.)
+    do k = 1, size(model%pairs)
+      do m = 1, model%pairs(k)%nodes%n
+        i = unknowns%start(k) + m
+        unknowns%yields(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
+        do c = 3*i - 2, 3*i
+          unknowns%compliance(c, c) = unknowns%compliance(c, c) &
+            + model%pairs(k)%nodes%compliance(m)
+        end do
+      end do
+    end do
+  end subroutine add_penalties
+
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
@@ -294,7 +364,7 @@ contains
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free)) cycle
+        if (all(free) .or. unknowns%yields(i)) cycle
         q = 0.0_wp
         stiff = 0.0_wp
         do k = 1, 3
@@ -338,8 +408,8 @@ contains
             cone%rule = pair%friction%slip_rule
             cone%area = pair%nodes%weight(m)
             cone%path = pair%nodes%path(m)
-            cone%scale = [2.0_wp/(compliance(3*i - 2, 3*i - 2) + compliance(3*i - 1, 3*i - 1)), &
-              1.0_wp/compliance(3*i, 3*i)]
+            cone%scale = [2.0_wp/(abs(compliance(3*i - 2, 3*i - 2)) &
+              + abs(compliance(3*i - 1, 3*i - 1))), 1.0_wp/abs(compliance(3*i, 3*i))]
           end associate
         end do
       end associate

@@ -1,23 +1,30 @@
 !> One increment of pairs with multipliers at their slave nodes: rounds of weights, forces and
 !! displacements until the weights stay (doc/theory, "Mortar contact").
+!! In more than 400 lines, since both kinds of bulk go over the same weights and results.
 module mortar_increment
-  use kinds, only: wp
+  use kinds, only: wp, machine_epsilon
+  use solution_settings, only: tol_energy
   use model_types, only: model_t
   use mortar_types, only: mortar_t
-  use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
+  use mortar_points, only: weigh_points, take_point_history
   use mortar_history, only: take_history, take_forces, show_points
   use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
-  use mortar_newton, only: mortar_result_t, solve_multipliers
+  use mortar_newton, only: mortar_result_t, solve_multipliers, what_is_left
+  use mortar_bulk, only: linearise_bulk, take_gaps, move_bulk, is_in_balance
+  use back_ends, only: solver_done
+  use bulk_term, only: return_bulk, form_bulk_force
+  use residuals, only: residual_norm, round_off_factor
   use mortar_touch, only: find_touched, place_new
   use elmlib, only: routine_none
   use element_types, only: status_open
   use increment_start, only: begin_at, prepare_start
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, place_candidates
+  use rigid_bodies, only: return_rigid, move_rigid
   use touch_path, only: touch_none, touch_waits
-  use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular, &
-    outcome_restless, outcome_stopped, outcome_memory
+  use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
+    outcome_stalled, outcome_singular, outcome_restless, outcome_stopped, outcome_memory
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t, iteration_t
@@ -28,13 +35,30 @@ module mortar_increment
   private
   public :: solve_mortar
 
+  !> What the law may lack where the bulk is in balance, over the largest force: this share of the
+  !! root of TOL.
+  real(wp), parameter :: law_share = 0.1_wp
+  !> Weights are foretold after so many rounds, each of whose ways was a share of the one before
+  !! within these bounds: below, rounds settle by themselves.
+  integer, parameter :: least_trail = 3
+  real(wp), parameter :: settles = 0.1_wp, strays = 0.9_wp
   !> Rounds of an increment, with a margin: a wavy master has taken 3.
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
   real(wp), parameter :: unchanged = 1.0e-6_wp
+  !> Rigid bodies with a point that a round has moved by less, in facets, are where they are: the
+  !! levers of their loads and contact follow to round-off.
+  real(wp), parameter :: at_rest = 1.0e-9_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
   !! last cut: cells stay within ten times that anyway.
   real(wp), parameter :: hardly = 1.0e-4_wp
+
+  !> Rounds of a bulk that is not linear.
+  type :: trail_t
+    real(wp), allocatable :: x(:, :) !! (3, nodes) positions of the last round [length]
+    real(wp), allocatable :: way(:, :) !! (3, nodes) its way [length]
+    integer :: rounds = 0 !! since weights were foretold
+  end type trail_t
 
 contains
 
@@ -50,7 +74,7 @@ contains
     logical :: waits, touched, foretold
     integer :: changes, k
 
-    if (system%form%knows_inside) then
+    if (.not. (system%condensed%active .or. system%condensed%preconditions)) then
       progress%outcome = outcome_memory
       return
     end if
@@ -60,21 +84,157 @@ contains
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
     system%u = system%position%carried
+    call return_rigid(system%u, system%tools)
     system%position%x_now = model%mesh%x + system%u
     do k = 1, size(model%pairs)
-      if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
     call restart_points(model, system%costs, system%position)
+    do k = 1, size(model%pairs)
+      model%pairs(k)%history%softened = .false.
+      model%pairs(k)%history%raise = 1.0_wp
+    end do
     call move_targets(model, system, 0.0_wp, changes)
-    call restore_forces(system%condensed)
-    call follow_weights(model, system, waits, time, settings, monitor, progress)
+    if (system%bulk%linear) call restore_forces(system%condensed)
+    call follow(model, system, waits, time, settings, monitor, progress)
     if (.not. waits .or. progress%outcome /= outcome_converged) return
     call find_touched(model, system, touched)
     if (.not. touched) return
     call monitor%detail('  slave nodes have touched first in this increment: friction from there')
-    call follow_weights(model, system, .false., time, settings, monitor, progress)
+    call follow(model, system, .false., time, settings, monitor, progress)
   end subroutine solve_mortar
+
+  !> Rounds of either kind of bulk.
+  subroutine follow(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+
+    if (system%bulk%linear) then
+      call follow_weights(model, system, waits, time, settings, monitor, progress)
+    else
+      call follow_bulk(model, system, waits, time, settings, monitor, progress)
+    end if
+  end subroutine follow
+
+  !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk
+  !! and law are in balance with these.
+  subroutine follow_bulk(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(mortar_system_t) :: unknowns
+    real(wp) :: change, cut_at(3, size(system%u, 2))
+    type(trail_t) :: trail
+    integer :: round, changes
+    logical :: balanced
+
+    changes = 0
+    cut_at = system%position%x_ahead
+    trail%x = system%position%x_now
+    system%form%near = .false.
+    call return_bulk(model%mesh%x, system)
+    call form_bulk_force(model%mesh%x, system)
+    do round = 1, most_rounds
+      progress%outcome = outcome_restless
+      call load_contact(model, system)
+      call couple_condensed(system)
+      call weigh_all(model, system, waits, change)
+      call take_gaps(model, system, unknowns)
+      associate (z => local_forces(model, unknowns))
+        call spread_multipliers(unknowns, z, system)
+        call system%form%gather(system, 0.0_wp, .false.)
+        balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
+        balanced = balanced .and. round > 1 .and. changes == 0 .and. what_is_left(unknowns, z) <= &
+          max(law_share*sqrt(settings%asked(tol_energy))*maxval([0.0_wp, abs(z)]), round_off_factor &
+          *machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
+      end associate
+      if (balanced) progress%outcome = outcome_converged
+      if (balanced) exit
+      call weigh_ahead(model, system, waits, trail, unknowns)
+      call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
+      if (progress%outcome /= outcome_restless) return
+      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      if (progress%outcome == outcome_stopped) return
+      changes = 0
+      if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) cycle
+      call move_targets(model, system, settings%extrapolation, changes)
+      cut_at = system%position%x_now
+    end do
+    if (progress%outcome == outcome_converged) call show_all(model, system%contact, system%place)
+  end subroutine follow_bulk
+
+  !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
+  !! of a steep master turn with what they move.
+  subroutine weigh_ahead(model, system, waits, trail, unknowns)
+    type(model_t), intent(inout) :: model !! pairs: multipliers
+    type(system_t), intent(inout) :: system !! x_now; contact elements
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    type(trail_t), intent(inout) :: trail !! the rounds so far
+    type(mortar_system_t), intent(inout) :: unknowns !! gaps at these weights
+    real(wp), allocatable :: way(:, :), x(:, :)
+    real(wp) :: share, change
+
+    x = system%position%x_now
+    way = x - trail%x
+    trail%x = x
+    trail%rounds = trail%rounds + 1
+    share = 0.0_wp
+    if (trail%rounds > least_trail) share = sum(way*trail%way)/max(sum(trail%way**2), &
+      tiny(1.0_wp))
+    trail%way = way
+    if (abs(share) < settles .or. abs(share) > strays) return
+    trail%rounds = 0
+    system%position%x_now = x + share/(1.0_wp - share)*way
+    call weigh_all(model, system, waits, change)
+    system%position%x_now = x
+    call take_gaps(model, system, unknowns)
+  end subroutine weigh_ahead
+
+  !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
+  subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(system_t), intent(inout) :: system !! u and forces of contact
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    type(mortar_system_t) :: unknowns
+    type(mortar_result_t) :: result
+    integer :: outcome
+    real(wp) :: share
+
+    call linearise_bulk(system, model%mesh%x, outcome)
+    if (outcome /= solver_done) progress%outcome = outcome_stalled
+    if (outcome /= solver_done) return
+    call build_mortar(model, system, unknowns)
+    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
+      if (system%condensed%refusals == 0) then
+        call solve_multipliers(unknowns, z, alpha, result)
+      else
+        ! what a compliance that is not definite makes of z alone says nothing of status
+        call solve_multipliers(unknowns, z, alpha, result, gap)
+      end if
+    end associate
+    call take_result(model, unknowns, result, progress)
+    if (progress%outcome /= outcome_converged) return
+    call spread_multipliers(unknowns, result%force, system)
+    system%condensed%rigid%alpha = result%motion
+    call move_bulk(system, model%mesh%x, share)
+    system%position%x_now = model%mesh%x + system%u
+    if (allocated(system%contact%reached)) deallocate (system%contact%reached)
+    progress%outcome = merge(outcome_restless, outcome_inverted, share > 0.0_wp)
+    result%left = residual_norm(system)
+    call tell(time, result, progress, monitor)
+  end subroutine solve_bulk_round
 
   !> Rounds until the weights stay.
   subroutine follow_weights(model, system, waits, time, settings, monitor, progress)
@@ -85,22 +245,24 @@ contains
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: change, cut_at(3, size(system%u, 2))
+    real(wp) :: change, moved, cut_at(3, size(system%u, 2))
     integer :: round, changes
 
     progress%outcome = outcome_restless
     changes = 0
+    moved = 0.0_wp
     cut_at = system%position%x_ahead
     do round = 1, most_rounds
       call load_contact(model, system)
       call couple_condensed(system)
       call weigh_all(model, system, waits, change)
-      if (round > 1 .and. changes == 0 .and. change <= unchanged) then
+      if (round > 1 .and. changes == 0 .and. change <= unchanged .and. moved <= &
+        at_rest*system%scale%facet_size) then
         progress%outcome = outcome_converged
         call show_all(model, system%contact, system%place)
         return
       end if
-      call solve_round(model, system, time, monitor, progress)
+      call solve_round(model, system, time, monitor, progress, moved)
       if (progress%outcome /= outcome_converged) return
       progress%outcome = outcome_restless
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -116,13 +278,14 @@ contains
   !> Points show what the multipliers around them do.
   subroutine show_all(model, contact, place)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(element_list_t), intent(inout) :: contact !! contact elements; gets status
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets status, slip
     type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
     do k = 1, size(model%pairs)
-      call show_points(model%pairs(k), contact%status(place%first_point(k): &
-        place%first_point(k + 1) - 1))
+      associate (first => place%first_point(k), last => place%first_point(k + 1) - 1)
+        call show_points(model%pairs(k), contact%status(first:last), contact%slip(:, first:last))
+      end associate
     end do
   end subroutine show_all
 
@@ -139,12 +302,18 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
-        call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
-          system%position%x_now, nodes)
+        if (pair%mortar) then
+          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_history(pair%old_nodes, pair%nodes, nodes)
+          nodes%status = kept_status(pair%nodes, nodes)
+        else
+          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_point_history(pair, system%position%x_old, nodes)
+        end if
         change = max(change, difference(pair%nodes, nodes))
-        call take_history(pair%old_nodes, pair%nodes, nodes)
-        nodes%status = kept_status(pair%nodes, nodes)
-        call place_new(pair, system, k, waits, nodes)
+        call place_new(system, k, waits, nodes)
         if (nodes%n == pair%nodes%n .and. allocated(pair%nodes%gap)) then
           nodes%gap = pair%nodes%gap
           nodes%criterion = pair%nodes%criterion
@@ -180,32 +349,25 @@ contains
   end function difference
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_round(model, system, time, monitor, progress)
+  subroutine solve_round(model, system, time, monitor, progress, moved)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
+    real(wp), intent(out) :: moved !! by rigid bodies with a point in the round [length]
     type(mortar_system_t) :: unknowns
     type(mortar_result_t) :: result
-    integer :: k
 
     call build_mortar(model, system, unknowns)
     associate (condensed => system%condensed)
-      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
-      progress%solves = progress%solves + max(1, result%steps)
-      progress%outcome = outcome_stalled
-      if (result%singular) progress%outcome = outcome_singular
-      if (result%converged) progress%outcome = outcome_converged
-      do k = 1, size(model%pairs)
-        associate (own => unknowns%start(k) + 1, end => unknowns%start(k + 1))
-          call take_forces(result%force(3*own - 2:3*end), result%gap(3*own - 2:3*end), &
-            result%closed(own:end), result%slips(own:end), result%criterion(own:end), &
-            model%pairs(k)%nodes)
-        end associate
-      end do
+      call solve_multipliers(unknowns, local_forces(model, unknowns), [condensed%rigid%alpha, &
+        spread(0.0_wp, 1, system%tools%border%n)], result)
+      call take_result(model, unknowns, result, progress)
       call spread_multipliers(unknowns, result%force, system)
-      condensed%rigid%alpha = result%motion
+      condensed%rigid%alpha = result%motion(:condensed%rigid%modes)
+      call move_rigid(system, result%motion(condensed%rigid%modes + 1:))
+      moved = maxval([0.0_wp, abs(result%motion(condensed%rigid%modes + 1:))])
       condensed%rigid%imbalance = 0.0_wp
       condensed%bulk%defect = 0.0_wp
       call place_candidates(system)
@@ -214,6 +376,27 @@ contains
     end associate
     call tell(time, result, progress, monitor)
   end subroutine solve_round
+
+  !> Hands forces and status to the multipliers of the pairs, and says how the solve ended.
+  subroutine take_result(model, unknowns, result, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(mortar_system_t), intent(in) :: unknowns !! which belong to which
+    type(mortar_result_t), intent(in) :: result !! of the round
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    integer :: k
+
+    progress%solves = progress%solves + max(1, result%steps)
+    progress%outcome = outcome_stalled
+    if (result%singular) progress%outcome = outcome_singular
+    if (result%converged) progress%outcome = outcome_converged
+    do k = 1, size(model%pairs)
+      associate (own => unknowns%start(k) + 1, end => unknowns%start(k + 1))
+        call take_forces(result%force(3*own - 2:3*end), result%gap(3*own - 2:3*end), &
+          result%closed(own:end), result%slips(own:end), result%criterion(own:end), &
+          model%pairs(k)%nodes)
+      end associate
+    end do
+  end subroutine take_result
 
   !> Reports a round.
   subroutine tell(time, result, progress, monitor)

@@ -7,7 +7,7 @@ module mortar_newton
   use mortar_system, only: mortar_system_t
   implicit none
   private
-  public :: mortar_result_t, solve_multipliers
+  public :: mortar_result_t, solve_multipliers, what_is_left
 
   !> Steps at most; a first touch has taken up to 8.
   integer, parameter :: most_steps = 30
@@ -45,22 +45,24 @@ module mortar_newton
 contains
 
   !> Solves for forces and rigid motions.
-  subroutine solve_multipliers(unknowns, start, motion, result)
+  subroutine solve_multipliers(unknowns, start, motion, result, near)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: start(:) !! (3 n) forces to begin with [force]
     real(wp), intent(in) :: motion(:) !! (modes) rigid motions to begin with [length]
     type(mortar_result_t), intent(out) :: result !! gets all
+    real(wp), intent(in), optional :: near(:) !! (3 n) gaps that say which are closed and stick to
+    !! begin with [length]
     type(iterate_t) :: now, next
     real(wp) :: change(size(start) + size(motion)), allowed, length
     integer :: halving, n
     logical :: free
 
     n = size(start)
-    call look_at(unknowns, start, motion, now)
+    call look_at(unknowns, start, motion, now, near)
     do
       allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns))
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
-      result%converged = result%left <= allowed
+      result%converged = result%left <= allowed .and. .not. (present(near) .and. result%steps == 0)
       if (result%converged .or. result%steps == most_steps) exit
       call find_step(unknowns, now, 0.0_wp, change, free)
       if (free) call find_step(unknowns, now, hold_of(unknowns, now), change, result%singular)
@@ -82,6 +84,24 @@ contains
     result%criterion = now%criterion
   end subroutine solve_multipliers
 
+  !> What the law lacks where no force moves anything, the largest of all [force].
+  pure real(wp) function what_is_left(unknowns, z) result(left)
+    type(mortar_system_t), intent(in) :: unknowns !! gaps, laws
+    real(wp), intent(in) :: z(:) !! (3 n) forces [force]
+    real(wp) :: force(3), slope(3, 3), criterion
+    integer :: i
+    logical :: slips
+
+    left = 0.0_wp
+    do i = 1, unknowns%n
+      associate (mine => z(3*i - 2:3*i), cone => unknowns%cone(i))
+        call project_on_cone(cone, mine - cone%scale([1, 1, 2])*unknowns%gap(3*i - 2:3*i), force, &
+          slope, slips, criterion)
+        left = max(left, maxval(abs(mine - force)))
+      end associate
+    end do
+  end function what_is_left
+
   !> What is left, as one number [force].
   pure real(wp) function measure(iterate)
     type(iterate_t), intent(in) :: iterate !! an iterate
@@ -102,12 +122,13 @@ contains
   end function round_off
 
   !> Gaps, projections and what is left at given forces, eq. (7.16).
-  subroutine look_at(unknowns, z, alpha, iterate)
+  subroutine look_at(unknowns, z, alpha, iterate, near)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: z(:) !! (3 n) forces [force]
     real(wp), intent(in) :: alpha(:) !! (modes) rigid motions [length]
     type(iterate_t), intent(out) :: iterate !! all of it
-    real(wp) :: y(3), force(3)
+    real(wp), intent(in), optional :: near(:) !! (3 n) gaps to linearise at, else theirs [length]
+    real(wp) :: y(3), force(3), off(3*unknowns%n)
     integer :: i
 
     associate (n => unknowns%n)
@@ -117,14 +138,17 @@ contains
       iterate%alpha = alpha
       iterate%gap = unknowns%gap + matmul(unknowns%compliance, z)
       if (size(alpha) > 0) iterate%gap = iterate%gap + matmul(unknowns%motion, alpha)
-      iterate%balance = matmul(z, unknowns%push) + unknowns%load
+      iterate%balance = matmul(z, unknowns%push) + unknowns%load - matmul(unknowns%hold, alpha)
+      off = 0.0_wp
+      if (present(near)) off = iterate%gap - near
       do i = 1, n
         associate (own => 3*i - 2, cone => unknowns%cone(i))
-          y = z(own:own + 2) - cone%scale([1, 1, 2])*iterate%gap(own:own + 2)
+          y = z(own:own + 2) - cone%scale([1, 1, 2])*(iterate%gap(own:own + 2) - off(own:own + 2))
           call project_on_cone(cone, y, force, iterate%slope(:, :, i), iterate%slips(i), &
             iterate%criterion(i))
           iterate%closed(i) = y(3) > 0.0_wp
-          iterate%defect(own:own + 2) = z(own:own + 2) - force
+          iterate%defect(own:own + 2) = z(own:own + 2) - force + matmul(iterate%slope(:, :, i), &
+            cone%scale([1, 1, 2])*off(own:own + 2))
         end associate
       end do
     end associate
@@ -192,9 +216,9 @@ contains
       end do
     end associate
     matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
-    matrix(n + 1:, n + 1:) = 0.0_wp
+    matrix(n + 1:, n + 1:) = -unknowns%hold/unit
     do k = n + 1, n + m
-      matrix(k, k) = -hold/unit
+      matrix(k, k) = matrix(k, k) - hold/unit
     end do
     right(n + 1:, 1) = -now%balance - matmul(change(:3*unknowns%n), unknowns%push)
     call dgetrf(n + m, n + m, matrix, n + m, pivot, info)
