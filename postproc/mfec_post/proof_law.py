@@ -153,7 +153,7 @@ class Judge:
             ledger.judge('penalty of the deck', eps / want - 1, who)
         g = s - xm + p.offset[at, None] * e
         shift = np.zeros_like(g)
-        if not plain:
+        if p.multiplier is not None:
             t1, n = (unit(v) for v in np.moveaxis(frame_of(self.x[pair.facets[host]])[:, :, ::2], 2, 0))
             shift = np.einsum('ndc,nc->nd', np.stack([t1, cross(n, t1), n], -1), p.multiplier[at])
             trial = eps[:, None] * g  # the penalty is raised by one factor

@@ -6,8 +6,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Optional
 
 import numpy as np
+from numpy.typing import NDArray as Array
 
-Array = np.ndarray[Any, Any]
 ROUND_OFF = 2.0 ** -52
 PLAIN, AUGMENTED, MORTAR = 0, 1, 2
 

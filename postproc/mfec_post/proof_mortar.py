@@ -167,7 +167,7 @@ class NodeJudge(Judge):
         # a point shows the mean of the ways of its three multipliers
         means: dict[Any, tuple[float, Any]] = {}
         path, errors = np.linalg.norm(slip, axis=1), []
-        for g, q in enumerate(first):
+        for q in first:
             nodes, i = place[q], at[q]
             key = tuple(map(tuple, keys[nodes].tolist())), tuple(p.nodes[i].tolist())
             way = p.way[i] if p.way is not None else np.zeros(3)

@@ -255,9 +255,9 @@ def view_of(scene: Scene, side: str, pressed: NDArray) -> tuple[tuple[float, flo
     """From where one looks onto a contact surface, and whether its far half alone is drawn.
 
     A bore, or a shaft, that goes all around is seen from outside without the facets that turn
-    their backs, towards those that are pressed most (a weight for each facet). A surface that is open is seen along its mean normal, a bent one from the right and from
-    above: a hollow one from where it is hollow, others as if the master's eyes were closed and the
-    slave were made of glass.
+    their backs, towards those that are pressed most (a weight for each facet). A surface that is
+    open is seen along its mean normal, a bent one from the right and from above: a hollow one from
+    where it is hollow, others as if the master's eyes were closed and the slave were made of glass.
     """
     normals = facet_normals(scene.points, scene.facets)
     total, area = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
