@@ -145,8 +145,8 @@ contains
         call system%form%gather(system, 0.0_wp, .false.)
         balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
         balanced = balanced .and. round > 1 .and. changes == 0 .and. what_is_left(unknowns, z) <= &
-          max(law_share*sqrt(settings%asked(tol_energy))*maxval([0.0_wp, abs(z)]), round_off_factor &
-          *machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
+          max(law_share*sqrt(settings%asked(tol_energy))*maxval([0.0_wp, abs(z)]), &
+          round_off_factor*machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
