@@ -21,6 +21,8 @@ module contact_targets
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: unfold_vector, barycentric, corners, facet_size
   use master_facets, only: find_sharp_edges
+  use mortar_types, only: mortar_t
+  use mortar_functions, only: find_faces
   implicit none
   private
   public :: start_pair, begin_increment, follow_apexes, settle_points
@@ -54,6 +56,8 @@ contains
     pair%history%left = spread(0, 1, count_points(pair))
     pair%history%moves = pair%history%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
+    if (pair%mortar) call find_faces(pair, x)
+    pair%old_nodes = mortar_t()
     if (pair%segmented) then
       call start_cells(pair, x)
       return

@@ -1,11 +1,13 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
 !! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
+!! In more than 400 lines, since gaps, compliance and motions are sums over the same rows.
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
   use mortar_types, only: turned_way
   use mortar_cone, only: cone_of_node_t
   use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_bodies, only: rigid_motion, loads_on_rigid
   use live_candidates, only: gather_compliance, complete_compliance
   use tree_compliance, only: apply_tree
   use system_types, only: system_t
@@ -38,6 +40,7 @@ module mortar_system
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what resists them in a bulk that is not
     !! linear [force/length]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
+    logical, allocatable :: yields(:) !! (n) by a penalty
   end type mortar_system_t
 
 contains
@@ -63,10 +66,12 @@ contains
       allocate (unknowns%hold(modes, modes), source=0.0_wp)
       if (modes > 0 .and. .not. system%bulk%linear) unknowns%hold = system%condensed%rigid%hold
     end associate
+    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
     do b = 1, size(system%condensed%bodies)
       if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
         system%condensed%bodies(b), unknowns)
     end do
+    call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
     call take_cones(model, unknowns)
   end subroutine build_mortar
@@ -295,6 +300,60 @@ contains
     end associate
   end subroutine add_motions
 
+  !> Free motions of rigid bodies with a point, behind those of the others, to first order about
+  !! where they are; what acts on them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
+  pure subroutine add_rigid(system, unknowns)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), allocatable :: none(:, :), hold(:, :)
+    integer :: i, e
+
+    allocate (none(3*unknowns%n, system%tools%border%n), source=0.0_wp)
+    associate (rows => unknowns%rows, n => size(unknowns%load), m => system%tools%border%n)
+      unknowns%motion = reshape([unknowns%motion, none], [3*unknowns%n, n + m])
+      unknowns%push = reshape([unknowns%push, none], [3*unknowns%n, n + m])
+      allocate (hold(n + m, n + m), source=0.0_wp)
+      hold(:n, :n) = unknowns%hold
+      call move_alloc(hold, unknowns%hold)
+      unknowns%load = [unknowns%load, loads_on_rigid(system)]
+      do i = 1, unknowns%n
+        now = 0.0_wp
+        before = 0.0_wp
+        do e = rows%first(i), rows%first(i + 1) - 1
+          if (system%tools%carried_by(rows%column(e)) == 0) cycle
+          of_node = rigid_motion(system, rows%column(e))
+          now = now + rows%now(e)*of_node
+          before = before + rows%before(e)*of_node
+        end do
+        now = matmul(transpose(rows%frame(:, :, i)), now)
+        before = matmul(transpose(rows%frame(:, :, i)), before)
+        before(3, :) = now(3, :)
+        unknowns%push(3*i - 2:3*i, n + 1:) = now
+        unknowns%motion(3*i - 2:3*i, n + 1:) = before
+      end do
+    end associate
+  end subroutine add_rigid
+
+  !> Points of other forms yield by their penalties, eq. (7.22).
+  pure subroutine add_penalties(model, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their rows
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets yields
+    integer :: k, m, i, c
+
+    allocate (unknowns%yields(unknowns%n), source=.false.)
+    do k = 1, size(model%pairs)
+      do m = 1, model%pairs(k)%nodes%n
+        i = unknowns%start(k) + m
+        unknowns%yields(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
+        do c = 3*i - 2, 3*i
+          unknowns%compliance(c, c) = unknowns%compliance(c, c) &
+            + model%pairs(k)%nodes%compliance(m)
+        end do
+      end do
+    end do
+  end subroutine add_penalties
+
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
@@ -305,7 +364,7 @@ contains
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free)) cycle
+        if (all(free) .or. unknowns%yields(i)) cycle
         q = 0.0_wp
         stiff = 0.0_wp
         do k = 1, 3

@@ -1,12 +1,13 @@
 !> One increment of pairs with multipliers at their slave nodes: rounds of weights, forces and
 !! displacements until the weights stay (doc/theory, "Mortar contact").
+!! In more than 400 lines, since both kinds of bulk go over the same weights and results.
 module mortar_increment
   use kinds, only: wp, machine_epsilon
   use solution_settings, only: tol_energy
   use model_types, only: model_t
   use mortar_types, only: mortar_t
-  use mortar_functions, only: find_faces
   use mortar_weights, only: weigh_nodes
+  use mortar_points, only: weigh_points, take_point_history
   use mortar_history, only: take_history, take_forces, show_points
   use mortar_system, only: mortar_system_t, build_mortar, spread_multipliers, local_forces
   use mortar_newton, only: mortar_result_t, solve_multipliers, what_is_left
@@ -20,6 +21,7 @@ module mortar_increment
   use increment_start, only: begin_at, prepare_start
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, place_candidates
+  use rigid_bodies, only: return_rigid, move_rigid
   use touch_path, only: touch_none, touch_waits
   use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
     outcome_stalled, outcome_singular, outcome_restless, outcome_stopped, outcome_memory
@@ -44,6 +46,9 @@ module mortar_increment
   integer, parameter :: most_rounds = 20
   !> Weights and frames that change by less have stayed: forces follow them to first order.
   real(wp), parameter :: unchanged = 1.0e-6_wp
+  !> Rigid bodies with a point that a round has moved by less, in facets, are where they are: the
+  !! levers of their loads and contact follow to round-off.
+  real(wp), parameter :: at_rest = 1.0e-9_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
   !! last cut: cells stay within ten times that anyway.
   real(wp), parameter :: hardly = 1.0e-4_wp
@@ -79,12 +84,16 @@ contains
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
     system%u = system%position%carried
+    call return_rigid(system%u, system%tools)
     system%position%x_now = model%mesh%x + system%u
     do k = 1, size(model%pairs)
-      if (.not. allocated(model%pairs(k)%faces)) call find_faces(model%pairs(k), model%mesh%x)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
     call restart_points(model, system%costs, system%position)
+    do k = 1, size(model%pairs)
+      model%pairs(k)%history%softened = .false.
+      model%pairs(k)%history%raise = 1.0_wp
+    end do
     call move_targets(model, system, 0.0_wp, changes)
     if (system%bulk%linear) call restore_forces(system%condensed)
     call follow(model, system, waits, time, settings, monitor, progress)
@@ -236,22 +245,24 @@ contains
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    real(wp) :: change, cut_at(3, size(system%u, 2))
+    real(wp) :: change, moved, cut_at(3, size(system%u, 2))
     integer :: round, changes
 
     progress%outcome = outcome_restless
     changes = 0
+    moved = 0.0_wp
     cut_at = system%position%x_ahead
     do round = 1, most_rounds
       call load_contact(model, system)
       call couple_condensed(system)
       call weigh_all(model, system, waits, change)
-      if (round > 1 .and. changes == 0 .and. change <= unchanged) then
+      if (round > 1 .and. changes == 0 .and. change <= unchanged .and. moved <= &
+        at_rest*system%scale%facet_size) then
         progress%outcome = outcome_converged
         call show_all(model, system%contact, system%place)
         return
       end if
-      call solve_round(model, system, time, monitor, progress)
+      call solve_round(model, system, time, monitor, progress, moved)
       if (progress%outcome /= outcome_converged) return
       progress%outcome = outcome_restless
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -267,13 +278,14 @@ contains
   !> Points show what the multipliers around them do.
   subroutine show_all(model, contact, place)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(element_list_t), intent(inout) :: contact !! contact elements; gets status
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets status, slip
     type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
     do k = 1, size(model%pairs)
-      call show_points(model%pairs(k), contact%status(place%first_point(k): &
-        place%first_point(k + 1) - 1))
+      associate (first => place%first_point(k), last => place%first_point(k + 1) - 1)
+        call show_points(model%pairs(k), contact%status(first:last), contact%slip(:, first:last))
+      end associate
     end do
   end subroutine show_all
 
@@ -290,12 +302,18 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
-        call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
-          system%position%x_now, nodes)
+        if (pair%mortar) then
+          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_history(pair%old_nodes, pair%nodes, nodes)
+          nodes%status = kept_status(pair%nodes, nodes)
+        else
+          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_point_history(pair, system%position%x_old, nodes)
+        end if
         change = max(change, difference(pair%nodes, nodes))
-        call take_history(pair%old_nodes, pair%nodes, nodes)
-        nodes%status = kept_status(pair%nodes, nodes)
-        call place_new(pair, system, k, waits, nodes)
+        call place_new(system, k, waits, nodes)
         if (nodes%n == pair%nodes%n .and. allocated(pair%nodes%gap)) then
           nodes%gap = pair%nodes%gap
           nodes%criterion = pair%nodes%criterion
@@ -331,21 +349,25 @@ contains
   end function difference
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_round(model, system, time, monitor, progress)
+  subroutine solve_round(model, system, time, monitor, progress, moved)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
+    real(wp), intent(out) :: moved !! by rigid bodies with a point in the round [length]
     type(mortar_system_t) :: unknowns
     type(mortar_result_t) :: result
 
     call build_mortar(model, system, unknowns)
     associate (condensed => system%condensed)
-      call solve_multipliers(unknowns, local_forces(model, unknowns), condensed%rigid%alpha, result)
+      call solve_multipliers(unknowns, local_forces(model, unknowns), [condensed%rigid%alpha, &
+        spread(0.0_wp, 1, system%tools%border%n)], result)
       call take_result(model, unknowns, result, progress)
       call spread_multipliers(unknowns, result%force, system)
-      condensed%rigid%alpha = result%motion
+      condensed%rigid%alpha = result%motion(:condensed%rigid%modes)
+      call move_rigid(system, result%motion(condensed%rigid%modes + 1:))
+      moved = maxval([0.0_wp, abs(result%motion(condensed%rigid%modes + 1:))])
       condensed%rigid%imbalance = 0.0_wp
       condensed%bulk%defect = 0.0_wp
       call place_candidates(system)

@@ -16,6 +16,7 @@ module contact_system
   use contact_targets, only: begin_increment, follow_apexes, settle_points
   use contact_apexes, only: touches
   use mortar_history, only: settle_mortar
+  use mortar_points, only: keep_points
   use smooth_normals, only: project_on_master
   use friction_laws, only: keeps_path
   use apex_ways, only: way_of_apex
@@ -180,7 +181,7 @@ contains
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%mortar) cycle
+      if (allocated(model%pairs(k)%nodes%owner)) cycle
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
         associate (point => model%pairs(k)%history%new(p))
@@ -217,6 +218,8 @@ contains
         call settle_mortar(model%pairs(k), system%contact%status(system%place%first_point(k): &
           system%place%first_point(k + 1) - 1), system%position%x_now)
       else
+        if (allocated(model%pairs(k)%nodes%owner)) call keep_points(model%pairs(k), &
+          system%position%x_now)
         call settle_points(model%pairs(k), system%position%x_now)
       end if
       call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
