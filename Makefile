@@ -285,7 +285,7 @@ verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms
 	    --spread doc/verification/spread.json --figures build/verification)
 
 figures: build/venv-pictures/stamp mfec ## draw the figures of the manuals anew: doc/pictures
-	@build/venv-pictures/bin/python doc/figures.py && $(PYTHON) doc/drawings.py
+	@build/venv-pictures/bin/python doc/figures.py && $(PYTHON) doc/drawings.py && $(PYTHON) doc/sketches.py
 
 html: build/venv/stamp ## the manuals as HTML pages with contents, search and formulas: build/html/index.html
 	@$(PYTHON) -m sphinx -q -c doc -d build/doctrees . build/html && cp build/html/README.html build/html/index.html

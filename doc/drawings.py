@@ -185,9 +185,9 @@ def circle(r, middle=(0, 0), start=0.0, end=360.0):
 
 def sketch_wedge(one):
     body(one, [-1, 1.2, 1.2], [0, 0, 0.8], MASTER, '')
-    body(one, [-0.4, 0.4, 0.19, -0.61], [0.22, 0.51, 1.05, 0.76], SLAVE, 'block')
+    body(one, [-0.4, 0.4, 0.19, -0.61], [0.22, 0.51, 1.05, 0.76], SLAVE)
     arrow(one, (-1.2, 0.6), (-0.55, 0.6), POINT, 'F', (-0.4, 0.15))
-    arrow(one, (-0.05, 0.95), (-0.05, 0.25), POINT, 'G', (0.15, 0.1))
+    arrow(one, (-0.1, 0.95), (-0.1, 0.45), POINT, 'G', (0.14, 0.12))
     hatch(one, [-1, 1.2], [0, 0])
 
 
@@ -266,7 +266,7 @@ def sketch_shear_lag_bar(one):
     body(one, [-1.3, 1.1, 1.1, -1.3], [0, 0, 0.15, 0.15], SLAVE, '')
     for x in np.linspace(-1.2, 1.0, 8):
         arrow(one, (x, 0.42), (x, 0.17), POINT)
-    arrow(one, (1.1, 0.075), (1.6, 0.075), POINT, 'F', (0.05, 0.14))
+    arrow(one, (1.1, 0.075), (1.6, 0.075), POINT, 'F', (-0.1, 0.16))
     hatch(one, [-1.4, 1.4], [0, 0])
 
 

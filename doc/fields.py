@@ -14,7 +14,8 @@ import sys
 TOP = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 MANUAL = os.path.join(TOP, 'doc', 'manual.md')
 TABLE = re.compile(r'(<!-- fields (\w+) -->\n).*?(<!-- end fields -->)', re.S)
-OVER = {'over_one': '', 'over_nodes': 'node', 'over_points': 'point', 'over_bodies': 'rigid body',
+OVER = {'over_one': '', 'over_near': 'point with a facet', 'over_closed': 'closed point',
+        'over_nodes': 'node', 'over_points': 'point', 'over_bodies': 'rigid body',
         'over_apex_slopes': 'contact point and parameter', 'over_contact_nodes': 'contact node',
         'over_node_slopes': 'contact node and parameter', 'over_memory': 'number'}
 

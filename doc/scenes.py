@@ -24,11 +24,11 @@ def sliding_cube(base):
 
 
 def lap_joint(base):
-    """Load of gross slip: Coulomb's friction of the bolt force, between the plates and under the heads."""
-    pulled, faying = rows(base, '.rea', 'pulled'), rows(base, '.con', 'faying')
+    """Load of gross slip: Coulomb's friction of the forces between the plates and under the head."""
+    pulled, faying, head = rows(base, '.rea', 'pulled'), rows(base, '.con', 'faying'), rows(base, '.con', 'under_head')
     slides = (faying['stick'] == 0) & (faying['time'] > 1.05) & (faying['time'] < 1.5)
-    before = faying['Fn'][faying['time'] == 1.0][0]
-    return 'load of gross slip [N]', pulled['R1'][slides].mean(), 2 * 0.2 * before, 0.1
+    wanted = 0.2 * (faying['Fn'] + head['Fn'])[slides].mean()
+    return 'load of gross slip [N]', pulled['R1'][slides].mean(), wanted, 0.01
 
 
 def brake(base):
@@ -48,10 +48,10 @@ def push_out(base):
 
 
 def seal(base):
-    """Force of the squeezed ring: Lindley's formula, a fit to measurements."""
+    """Force of the squeezed ring without friction: Lindley's formula, a fit to measurements."""
     squeeze, thick, ring, young = 0.2, 4.0, 20.0, 5.0
     wanted = math.pi * ring * thick * young * (1.25 * squeeze**1.5 + 50 * squeeze**6)
-    return 'force of the ring [N]', 4 * rows(base, '.con', 'on_floor')['Fn'][-1], wanted, 0.3
+    return 'force of the ring [N]', 4 * rows(base, '.con', 'on_floor')['Fn'][-1], wanted, 0.05
 
 
 def snap_fit(base):
@@ -83,7 +83,7 @@ def fretting(base):
     touches = (part.at_facets['stick_share'] + part.at_facets['slip_share']) @ areas
     sticks = part.at_facets['stick_share'] @ areas
     wanted = math.sqrt(1 - abs(sums['F1']) / (0.6 * sums['Fn']))
-    return 'stick over contact width', sticks / touches, wanted, 0.05
+    return 'stick over contact width', sticks / touches, wanted, 0.04
 
 
 def gears(base):
@@ -153,8 +153,10 @@ SCENES = [
      'A bolted lap joint slips into bearing',
      'A bolt in a hole with 0.2 mm of clearance clamps two plates by SHRInk; the joint is pulled until '
      'the plates slide, between each other and under the heads, and the shank meets the holes. The '
-     'reference is twice the friction of the bolt force before the pull: the bolt loses a part of it '
-     'as it leans.'),
+     'reference is Coulomb friction of what presses then, 10.12 kN between the plates and 10.65 kN under '
+     'the head. Before the pull it is 11.12 and 11.08 kN, whose friction is 7 % more: the pull acts in two '
+     'planes 8 mm apart, and the held ends carry its couple by 0.53 kN across the plates, which comes off '
+     'the force between them; and the bolt, which leans, loses 4 %.'),
     ('brake', 'gallery/brake', [],
      [('mesh', -1, ABOVE), ('master:pressure', -1, None)], None, brake,
      'A brake disc with its ground lay',
@@ -166,12 +168,14 @@ SCENES = [
      'Press fit and push-out',
      'A bush is shrunk on a hollow shaft of the same steel (SHRInk), which is then pushed out. '
      'The reference is Coulomb friction of Lamé\'s pressure for plane stress.'),
-    ('seal', 'gallery/seal', [],
+    ('seal', 'gallery/seal', ['--set', 'mu=0'],
      [('bodies:mises', -1, FRONT), ('slave:pressure', -1, (-120.0, 35.0))], None, seal,
      'An O-ring is squeezed by 20 %',
-     'Neo-Hookean rubber with Poisson\'s ratio 0.49 between exact planes. The reference is Lindley\'s '
-     'formula, a fit to measurements; the line contact of a disc in linear elasticity gives 14 % more than '
-     'it, and friction, finite strain and this coarse mesh stiffen the ring further.'),
+     'Neo-Hookean rubber with Poisson\'s ratio 0.49 between exact planes, without friction. The reference is '
+     'Lindley\'s formula, a fit to measurements on lubricated rubber. Over the squeeze the difference falls from '
+     '+14 % at 8 % to -2 % at 20 %, for the formula starts with a power 1.5 and a line contact does not. '
+     'Friction is what stiffens a ring: with 0.2 the force is 177 N, 26 % more; Poisson\'s ratio 0.499 adds '
+     '0.8 %.'),
     ('snap_fit', 'gallery/snap_fit', [],
      [('bodies:mises', 12, SIDE), ('bodies:mises', 27, SIDE)], snap_curve, snap_fit,
      'A snap fit',
@@ -190,8 +194,8 @@ SCENES = [
      'Fretting: partial slip and its loop',
      'A cylinder is pressed on a flat and pushed to and fro by less than friction holds. The middle '
      'sticks, the rims slip, and force over displacement is a loop whose area friction takes. The '
-     'reference is Cattaneo\'s and Mindlin\'s width of the part that sticks; the rim of that part lies '
-     'within one facet (0.055 mm) of theirs.'),
+     'reference is Cattaneo\'s and Mindlin\'s width of the part that sticks. The difference is that of the '
+     'mesh: -8.2, -3.4 and -1.2 % with 40, 80 and 160 cells along the fine part.'),
     ('gears', 'gallery/gears', [],
      [('bodies:mises', -1, (-90.0, 60.0)), ('slave:pressure', -1, (180.0, 20.0))], None, gears,
      'Teeth of two gears',
@@ -201,7 +205,7 @@ SCENES = [
      [('bodies:mises', 5, (-80.0, 14.0)), ('bodies:mises', -1, (-80.0, 14.0))], None, ironing_deep,
      'Ironing of a rubber strip',
      'An exact cylinder is pressed into a strip by a sixth of its thickness and drawn over it. '
-     'The reference is the energy that friction takes over the way of the tool: elastic rubber gives '
+     'The reference is the energy that friction takes over the path of the tool: elastic rubber gives '
      'back the rest.'),
     ('stack', 'gallery/stack_on_slope', [],
      [('bodies:mises', -1, FRONT), ('master:pressure:first_on_slope', -1, None)], None, stack_on_slope,

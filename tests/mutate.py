@@ -32,7 +32,7 @@ MEMORY = 2*1024**3
 NUMBERS = ['0', '-1', '1e308', '-1e308', 'nan', 'inf', '1e-320', '99999999', '2147483648',
            '-2147483649', '1e', '1/0', '1..2', '(1', '3.5', '1d400', 'sqrt(-1)', '0x10', '""']
 WORDS = ['COOR', 'ELEM', 'MATE', 'BOUN', 'EBOU', 'FORC', 'DISP', 'EDIS', 'FPRO', 'PROP', 'BLOC',
-         'PARA', 'INCL', 'SET', 'SURF', 'CONT', 'PAIR', 'NTOS', 'PENA', 'FRIC', 'DIRE', 'SLIP',
+         'PARA', 'INCL', 'SET', 'SURF', 'CONT', 'PAIR', 'NTOS', 'MORT', 'PENA', 'FRIC', 'DIRE', 'SLIP',
          'OUTP', 'BATC', 'DT', 'TIME', 'TANG', 'STEP', 'TOL', 'SOLV', 'LOOP', 'NEXT', 'TIE', 'MESH',
          'END', 'STOP', 'PLAN', 'BOX', 'NODE', 'INSI', 'OR', 'CART', 'TET4', 'AREA', 'ELLI', 'XYZZY',
          '&', ',,', '=', '!', "'a", 'a' * 40]

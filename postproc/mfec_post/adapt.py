@@ -22,15 +22,17 @@ from mfec.run import launch
 from .adapt_deck import LABEL, Goal, GoalError, own_names, prepare
 from .adapt_estimate import estimate
 from .adapt_model import Bodies, raised, read_bodies, write_mesh
-from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, wanted_sizes
+from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, matched, wanted_sizes
 from .results import Results
 
-SAFETY = {1: 1.5, 2: 0.5}
-"""Share of |Q| times the relative squared error that a bar has at least: T4, T10."""
+SAFETY, SMOOTH = 1.5, 0.5
+"""Share of |Q| times the relative squared error that a bar has at least; with ten nodes and no friction."""
 MOST_RATE = 0.8
 """The mesh of a loop is not believed to be worth less than this."""
 ENOUGH_FACETS = 4.0
 """Facets across the contact from which on its differences say anything."""
+GROWING = 0.1
+"""Part of the penalty's share that contacts which grow may not have in proportion to 1/f."""
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
@@ -59,6 +61,10 @@ class Loop:
     mesh: Optional[list[float]] = None
     penalty: Optional[list[float]] = None
     steps: Optional[list[float]] = None
+    safety: float = SAFETY
+    rubs: bool = False
+    """There was friction."""
+    sticks: bool = False
     best: list[float] = field(default_factory=list)
     run_cpu: float = 0.0
     cpu: float = 0.0
@@ -101,21 +107,28 @@ def wish_of(text: str) -> float:
     return wish
 
 
-def mesh_bar(loop: Loop, change: float, last: Loop, order: int, k: int) -> float:
+def mesh_bar(loop: Loop, change: float, last: Loop, k: int) -> float:
     """Bar of the mesh of a value that has changed since the loop before (doc/theory, eq. (13.13))."""
     q = min(loop.relative / last.relative, MOST_RATE)
     value = loop.values[k]
-    bars = [SAFETY[order] * loop.relative * abs(value), 1.5 * abs(change) * q / (1 - q)]
+    bars = [loop.safety * loop.relative * abs(value), 1.5 * abs(change) * q / (1 - q)]
     if last.mesh is not None:
         bars.append(q * last.mesh[k])
     return max(bars)
 
 
+def penalty_bar(share: float, value: float, sticks: bool) -> float:
+    """What may be wrong with the penalty's share of a value (doc/theory, eq. (13.14))."""
+    far = 4 * abs(share) / max(abs(value), 1e-300)
+    return abs(share) * (1.0 if sticks else min(GROWING + far, 1.0))
+
+
 def across_contact(results: Results) -> Optional[float]:
-    """Facets across the contact of the last end time: of the pair with the fewest."""
+    """Facets across the contact of the last end time, of the pair with the fewest. A direction counts
+    where the contact ends before the slave surface does: where both end together nothing is missed."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
     x[results.node_numbers] = results.points
-    least: Optional[float] = None
+    counts: list[float] = []
     for pair in results.pairs:
         points = results.contact(pair)
         if 'area' not in points:
@@ -123,15 +136,13 @@ def across_contact(results: Results) -> Optional[float]:
         active = (points['status'] > 0) & (points['area'] > 0)
         if not active.any():
             continue
-        node, area = points['node'][active], points['area'][active]
-        place = np.einsum('pn,pni->pi', points['weight'][active], x[node])
-        centre = np.average(place, axis=0, weights=area)
-        spread = np.linalg.eigvalsh(np.cov((place - centre).T, aweights=area, bias=True))
-        facets = len(np.unique(node, axis=0))
-        edge = np.sqrt(area.sum() / facets * 4 / np.sqrt(3))
-        count = float(np.sqrt(12 * max(spread[1], 0.0)) / edge)
-        least = count if least is None else min(least, count)
-    return least
+        place = np.einsum('pn,pni->pi', points['weight'], x[points['node']])
+        area = points['area'][active]
+        edge = np.sqrt(area.sum() / len(np.unique(points['node'][active], axis=0)) * 4 / np.sqrt(3))
+        spread, axes = np.linalg.eigh(np.cov(place[active].T, aweights=area, bias=True))
+        free = np.ptp(place @ axes, axis=0) - np.ptp(place[active] @ axes, axis=0) > edge
+        counts += [float(np.sqrt(12 * max(spread[k], 0.0)) / edge) for k in (1, 2) if free[k]]
+    return min(counts, default=None)
 
 
 def sag_of(bodies: Bodies, names: set[str]) -> float:
@@ -205,7 +216,7 @@ class Adaptation:
         """Flat facets of round surfaces: said, not estimated."""
         if self.geometry is not None and self.order == 2:
             return
-        names = {item.strip('\'"') for r in self.pairs for item in r.items[1:3]}
+        names = {name for pair in self.sides(bodies) for name in pair}
         sag, way = sag_of(bodies, names), np.abs(u).max()
         text = 'facets of round contact surfaces sag'
         if sag > 0.01 * way and not any(text in note for note in self.notes):
@@ -228,9 +239,14 @@ class Adaptation:
         write_mesh(bodies, path, self.own, LABEL)
         return path
 
+    def sides(self, bodies: Bodies) -> list[tuple[str, str]]:
+        """Slave and master of each pair, where both are surfaces of the mesh."""
+        names = [tuple(item.strip('\'"') for item in r.items[1:3]) for r in self.pairs]
+        return [(a, b) for a, b in names if a in bodies.surfaces and b in bodies.surfaces]
+
     def factor(self, loop: Loop) -> float:
         """How many times the cells of a loop the next should have."""
-        bars = loop.mesh or [SAFETY[self.order] * loop.relative * abs(v) for v in loop.values]
+        bars = loop.mesh or [loop.safety * loop.relative * abs(v) for v in loop.values]
         worst = max(b / (0.4 * self.wish * abs(v)) if v else 1.0 for b, v in zip(bars, loop.values))
         if loop.across is not None and loop.across < ENOUGH_FACETS:
             return 3.0
@@ -262,6 +278,8 @@ class Adaptation:
             u = np.stack([results.point_field('displacement', k) for k in frames])
             across = across_contact(results)
             raw = [goal.value(results) for goal in self.goals]
+            table = results.history('contact')
+        sticks, rubs = (any(np.abs(table.get(name, np.zeros(1))) > 0) for name in ('stick', 'Ft'))
         eta, energy = estimate(bodies, u)
         if not energy.max() > 0.0:
             raise GoalError('no body is strained at the end times looked at: nothing to estimate')
@@ -270,26 +288,25 @@ class Adaptation:
         last = -1 if told[-1] else np.flatnonzero(told)[-1]
         self.judge_sag(bodies, u)
         self.estimate_cpu += cpu() - begin
-        return Loop(number, len(bodies.cells), self.penalty_factor, self.increments,
-                    float(eta[last].sum() / energy[last]), across, raw, list(raw), run_cpu=run_cpu), bodies
+        loop = Loop(number, len(bodies.cells), self.penalty_factor, self.increments,
+                    float(eta[last].sum() / energy[last]), across, raw, list(raw), rubs=rubs, sticks=sticks,
+                    safety=SMOOTH if self.order == 2 and not rubs else SAFETY, run_cpu=run_cpu)
+        return loop, bodies
 
     def companions(self, loop: Loop, last: Loop, mesh: Path) -> None:
         """What the penalty takes, by a run with a softer one: the values lose it (doc/theory, eq. (13.14));
         what the increments take, by one with halves of them, the first time."""
         folder = self.out / str(loop.number)
-        with Results(str(folder / (self.path.stem + '.vtkhdf'))) as results:
-            table = results.history('contact')
         zero = [0.0] * len(self.goals)
         loop.penalty, loop.steps = zero, zero
         if self.pairs:
             soft = self.accompany(folder / 'soft', mesh, self.penalty_factor / SOFTER, self.increments)
             share = [(a - b) / (SOFTER - 1) for a, b in zip(loop.raw, soft)]
-            sticks = any(table.get('stick', np.zeros(1)) > 0)
             loop.values = [a + b for a, b in zip(loop.raw, share)]
-            loop.penalty = [abs(b) * (1.0 if sticks else 0.5) for b in share]
+            loop.penalty = [penalty_bar(b, value, loop.sticks) for b, value in zip(share, loop.values)]
         if last.steps is not None:
             loop.steps = [b * last.increments / loop.increments for b in last.steps]
-        elif any(np.abs(table.get('Ft', np.zeros(1))) > 0):
+        elif loop.rubs:
             self.fine = self.accompany(folder / 'fine', mesh, self.penalty_factor, 2 * self.increments)
             self.companion_of = loop.number
             loop.steps = [2.0 * abs(a - b) for a, b in zip(self.fine, loop.raw)]
@@ -317,7 +334,7 @@ class Adaptation:
             number, last = loop.number + 1, loop
             if remesh:
                 asked = self.factor(last)
-                h = wanted_sizes(bodies, self.eta, asked / self.share)
+                h = matched(bodies, wanted_sizes(bodies, self.eta, asked / self.share), self.sides(bodies))
                 mesh = self.write(bodies, h, self.out / str(number))
             done = None if remesh else self.companion(last)
             loop, bodies = self.solve(number, mesh, done)
@@ -340,7 +357,7 @@ class Adaptation:
             loop.mesh, loop.best = last.mesh, list(loop.values)
             return
         now = loop.raw if last.penalty is None else loop.values
-        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, self.order, k) for k in n]
+        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, k) for k in n]
         q = min(loop.relative / last.relative, MOST_RATE)
         loop.best = [loop.values[k] + (now[k] - before[k]) * q / (1 - q) for k in n]
 
@@ -393,8 +410,9 @@ class Adaptation:
                 continue
             assert loop.mesh is not None and loop.penalty is not None and loop.steps is not None
             digits = max(1, 2 - int(np.floor(np.log10(max(bar, 1e-300) / max(abs(value), 1e-300)))))
-            lines.append(f'{goal.text} = {value:.{digits}g} +- {bar:.2g}    mesh {loop.mesh[k]:.2g}  penalty '
-                         f'{loop.penalty[k]:.2g}  increments {loop.steps[k]:.2g}')
+            parts = [part[k] * (part[k] > bar / 1000) for part in (loop.mesh, loop.penalty, loop.steps)]
+            lines.append(f'{goal.text} = {value:.{digits}g} +- {bar:.2g}    mesh {parts[0]:.2g}  penalty '
+                         f'{parts[1]:.2g}  increments {parts[2]:.2g}')
         return lines
 
     def write_files(self) -> None:
@@ -435,7 +453,7 @@ def draw(loops: Sequence[Loop], goals: Sequence[str], wish: float, path: str) ->
             right.legend(fontsize=8)
         left.set(xlabel='elements', ylabel=goals[k])
         right.set(xlabel='elements', ylabel='error')
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=300)
 
 
 def main(given: argparse.Namespace) -> int:

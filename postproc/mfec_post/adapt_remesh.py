@@ -43,12 +43,17 @@ def wanted_sizes(bodies: Bodies, eta: NDArray, factor: float) -> NDArray:
 
 
 def graded(bodies: Bodies, sizes: NDArray) -> NDArray:
-    """Sizes of cells as sizes of nodes: geometric means, growing no quicker than GRADIENT."""
+    """Sizes of cells as sizes of nodes: geometric means, growing slowly."""
     corners = bodies.cells[:, :4]
     total, count = np.zeros(len(bodies.points)), np.zeros(len(bodies.points))
     np.add.at(total, corners.ravel(), np.repeat(np.log(sizes), 4))
     np.add.at(count, corners.ravel(), 1.0)
-    h = np.exp(total / np.maximum(count, 1.0))
+    return spread(bodies, np.exp(total / np.maximum(count, 1.0)))
+
+
+def spread(bodies: Bodies, h: NDArray) -> NDArray:
+    """Sizes of nodes that grow no quicker than GRADIENT."""
+    corners = bodies.cells[:, :4]
     edges = np.unique(np.sort(corners[:, CORNERS], axis=2).reshape(-1, 2), axis=0)
     length = np.linalg.norm(bodies.points[edges[:, 0]] - bodies.points[edges[:, 1]], axis=1)
     for _ in range(100):
@@ -58,6 +63,20 @@ def graded(bodies: Bodies, sizes: NDArray) -> NDArray:
         if np.allclose(before, h, rtol=1e-6):
             break
     return h
+
+
+def matched(bodies: Bodies, h: NDArray, pairs: list[tuple[str, str]]) -> NDArray:
+    """No slave facet coarser than the master's at it: contact holds at the slave's points alone, and nodes of
+    the master between them go through."""
+    h = h.copy()
+    for slave, master in pairs:
+        ours, theirs = (np.unique(bodies.surfaces[name]) for name in (slave, master))
+        for some in np.array_split(theirs, 1 + len(theirs) // 500):
+            away = ((bodies.points[some, None] - bodies.points[ours]) ** 2).sum(-1)
+            near = away.argmin(1)
+            close = away[np.arange(len(some)), near] < h[ours[near]] ** 2
+            np.minimum.at(h, ours[near[close]], h[some[close]])
+    return spread(bodies, h)
 
 
 def missing(name: str) -> MeshError:
@@ -134,8 +153,11 @@ def one_body(old: Bodies, members: NDArray, h: NDArray, corners: NDArray, mask: 
     (folder / 'body.sol').write_text(f'MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(size)}\n1 1\n'
                                      + '\n'.join('%.9g' % s for s in size) + '\nEnd\n', encoding='ascii')
     length = np.linalg.norm(np.ptp(body[0], axis=0))
+    # mmg takes half of the machine's memory, and clears it, unless told: 5 kB a cell are more than it needs
+    cells = len(members) + ((old.sizes[members] / h[old.cells[members]].mean(1)) ** 3).sum()
     words = [mmg_program(), '-in', str(path), '-sol', str(folder / 'body.sol'), '-out',
-             str(folder / 'new.mesh'), '-v', '0', '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4',
+             str(folder / 'new.mesh'), '-v', '0', '-m', f'{200 + 5e-3 * cells:.0f}',
+             '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4',
              '-hmin', '%.9g' % (0.5 * size.min()), '-hmax', '%.9g' % (2.0 * size.max())]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
     if done.returncode != 0 or not (folder / 'new.mesh').exists():

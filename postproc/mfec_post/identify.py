@@ -481,7 +481,7 @@ def draw(path: str, data: Measured, fit: Fit) -> None:
     axes[1].set_ylabel('residual / deviation')
     axes[1].set_xlabel('time')
     figure.tight_layout()
-    figure.savefig(path, dpi=150)
+    figure.savefig(path, dpi=300)
     plt.close(figure)
 
 

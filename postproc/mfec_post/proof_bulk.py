@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .proof_run import Array, Run, cross
+from .proof_lines import Array
+from .proof_run import Refusal, Run, cross
 
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
 STRAIGHT = 1e-10  # middle nodes that are off by less of the edge are in its middle
@@ -110,6 +111,7 @@ class Bodies:
     def __init__(self, run: Run):
         self.run, self.blocks = run, []
         self.stiffest = 0.0
+        self.small = np.zeros(len(run.x0), bool)  # nodes of bodies in small strain
         for kind, cells in run.cells.items():
             x = run.x0[run.corners[kind]]
             off = np.zeros(len(cells))
@@ -118,9 +120,12 @@ class Bodies:
                 off = (np.linalg.norm(x[:, 4:] - ends.mean(2), axis=2)
                        / np.linalg.norm(ends[:, :, 0] - ends[:, :, 1], axis=2)).max(1)
             for number, material in run.materials.items():
+                if material[0] not in (1, 2, 3):
+                    raise Refusal(f'law {material[0]:.0f} of the bulk is not in the proof yet')
                 for straight in (True, False):
                     here = (run.material[cells] == number) & ((off <= STRAIGHT) == straight)
                     if here.any() and not material[4]:
+                        self.small[run.corners[kind][here]] = material[0] == 1
                         self.stiffest = max(self.stiffest, material[2])
                         self.blocks.append(Block(run, cells[here], run.corners[kind][here],
                                                  straight, material))

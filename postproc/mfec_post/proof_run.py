@@ -1,5 +1,4 @@
-"""A results file as the checker reads it, and the lines of its proof. Nothing of mfec or of the
-other modules here is used: what is proved must not rest on what is to be proved."""
+"""A results file as the checker reads it."""
 from __future__ import annotations
 
 from typing import Any, Optional
@@ -7,60 +6,13 @@ from typing import Any, Optional
 import h5py
 import numpy as np
 
-Array = np.ndarray[Any, Any]
-ROUND_OFF = 2.0 ** -52
-SCENE_VERSION = 1  # of /scene, the highest that is understood
+from .proof_lines import Array
+
+SCENE_VERSION = 2  # of /scene, the highest that is understood
 
 
 class Refusal(ValueError):
     """The file does not hold what a proof begins with."""
-
-
-class Ledger:
-    """The lines of a proof: the worst number of each against its tolerance, and what is open."""
-
-    def __init__(self) -> None:
-        self.lines: dict[str, dict[str, Any]] = {}
-        self.gaps: dict[tuple[str, str], int] = {}
-        self.step = 0
-
-    def judge(self, name: str, error: Any, tolerance: float, what: Optional[Array] = None) -> None:
-        """Errors (numbers, relative already) that must not exceed the tolerance; `what` names the
-        entries. A number that is none is refuted."""
-        values = np.abs(np.atleast_1d(np.asarray(error, float))).ravel()
-        if values.size == 0:
-            return
-        values = np.where(np.isfinite(values), values, np.inf)
-        at = int(values.argmax())
-        line = self.lines.setdefault(name, {'worst': -1.0, 'tolerance': tolerance, 'count': 0,
-                                            'step': 0, 'what': '', 'bad': 0})
-        line['count'] += values.size
-        line['bad'] += int((values > tolerance).sum())
-        if values[at] / tolerance > line['worst'] / line['tolerance']:
-            line.update(worst=float(values[at]), tolerance=tolerance, step=self.step,
-                        what='' if what is None else str(np.ravel(what)[at]))
-
-    def leave(self, name: str, why: str, count: Any = 1) -> None:
-        """Says what the files do not hold enough for."""
-        if int(count):
-            self.gaps[name, why] = self.gaps.get((name, why), 0) + int(count)
-
-    def count(self) -> dict[str, int]:
-        """Numbers of lines: proved, open, refuted."""
-        refuted = sum(line['bad'] > 0 for line in self.lines.values())
-        return {'proved': len(self.lines) - refuted, 'open': len(self.gaps), 'refuted': refuted}
-
-    def rows(self) -> list[str]:
-        """One line each, as text."""
-        rows = []
-        for name, line in self.lines.items():
-            text = f'{name:28s} {"REFUTED" if line["bad"] else "proved":8s} ' \
-                f'{line["worst"]:9.1e} of {line["tolerance"]:7.0e}  {line["count"]} numbers'
-            if line['bad']:
-                text += f', {line["bad"]} refuted; worst at step {line["step"]} {line["what"]}'
-            rows.append(text.rstrip())
-        return rows + [f'{name:28s} open     {count} times: {why}'
-                       for (name, why), count in self.gaps.items()]
 
 
 class Run:
@@ -89,8 +41,6 @@ class Run:
         self.material = vtk['CellData/material'][()]
         self.materials = {int(row[0]): row[1:] for row in self.table('materials', 6)}
         self.size = float(np.linalg.norm(np.ptp(self.x0, axis=0))) if len(self.x0) else 1.0
-        self.stiffest = 0.0
-        self.pairs_law: list[Any] = []
         ends = [self.x0[c[:, 0]] - self.x0[c[:, 1]] for c in self.corners.values()]
         edges = np.linalg.norm(np.concatenate(ends), axis=1)
         self.shortest = float(np.median(edges)) if len(edges) else self.size

@@ -214,7 +214,8 @@ def contact(surfaces: Surfaces, frame: int = -1, name: str = 'pressure',
         scene.names, scene.first, scene.colours = STATUS_NAMES, -1, STATUS_COLOURS
     if name == 'lay':  # its strokes say all
         scene.names, scene.colours, scene.values = ('surface',), ('#d5dbe1',), np.zeros(len(f))
-    scene.view, scene.is_closed = view_of(scene, side)
+    pressed = np.concatenate([np.nan_to_num(part.at_nodes['pressure']) for part in parts])
+    scene.view, scene.is_closed = view_of(scene, side, pressed[f].mean(axis=1))
     scene.view = view or scene.view
     largest = max(np.abs(np.nan_to_num(part.at_nodes['traction'])).max() for part in parts)
     for part, place in zip(parts, places):
@@ -250,18 +251,21 @@ def once(parts: list[Surface]) -> NDArray:
     return np.sort(order[first])
 
 
-def view_of(scene: Scene, side: str) -> tuple[tuple[float, float], bool]:
+def view_of(scene: Scene, side: str, pressed: NDArray) -> tuple[tuple[float, float], bool]:
     """From where one looks onto a contact surface, and whether its far half alone is drawn.
 
     A bore, or a shaft, that goes all around is seen from outside without the facets that turn
-    their backs. A surface that is open is seen along its mean normal, a bent one from the right and from
-    above: a hollow one from where it is hollow, others as if the master's eyes were closed and the
-    slave were made of glass.
+    their backs, towards those that are pressed most (a weight for each facet). A surface that is
+    open is seen along its mean normal, a bent one from the right and from above: a hollow one from
+    where it is hollow, others as if the master's eyes were closed and the slave were made of glass.
     """
     normals = facet_normals(scene.points, scene.facets)
     total, area = normals.sum(axis=0), np.linalg.norm(normals, axis=1).sum()
     if np.linalg.norm(total) < 0.3 * area:
-        return FRONT, True
+        normal = np.maximum(pressed, 0.0) @ normals
+        if np.linalg.norm(normal[:2]) <= 0.3 * (np.abs(pressed) @ np.linalg.norm(normals, axis=1)):
+            return FRONT, True
+        return (float(np.degrees(np.arctan2(normal[1], normal[0]))) + 20.0, FRONT[1]), True
     centres = scene.points[scene.facets].mean(axis=1)
     middle = np.average(centres, axis=0, weights=np.linalg.norm(normals, axis=1))
     is_hollow = np.einsum('ij,ij->', normals, centres - middle) < -0.02 * area * np.ptp(

@@ -1,4 +1,5 @@
 """Estimate, sizes, bars, decks and mesh files of mfec-post adapt, without meshers."""
+import argparse
 import itertools
 
 import numpy as np
@@ -59,6 +60,12 @@ def blocks(n=3, order=1):
     return adapt_model.raised(bodies) if order == 2 else bodies
 
 
+def adaptation(tell=print):
+    """Of a deck that is not read."""
+    return adapt.Adaptation(argparse.Namespace(deck='x.inp', goal=['top.R1'], error='1%', geo=None, order=2,
+                                               set=[], time=1.0, out=None), tell)
+
+
 def test_the_mass_matrices_are_those_of_the_shape_functions():
     """Their sum is the volume; the corner of ten nodes has 6 V/420."""
     assert adapt_estimate.mass(1).sum() == pytest.approx(1)
@@ -111,10 +118,21 @@ def test_the_bar_is_the_largest_of_three():
     """doc/theory, eq. (13.13)."""
     last = adapt.Loop(0, 10, 1, 1, 0.04, None, [1.0], [1.0])
     loop = adapt.Loop(1, 30, 1, 1, 0.02, None, [1.1], [1.1])
-    assert adapt.mesh_bar(loop, 0.0, last, 2, 0) == pytest.approx(0.5 * 0.02 * 1.1)
-    assert adapt.mesh_bar(loop, 0.1, last, 2, 0) == pytest.approx(1.5 * 0.1 * 0.5 / 0.5)
+    assert adapt.mesh_bar(loop, 0.0, last, 0) == pytest.approx(1.5 * 0.02 * 1.1)
+    assert adapt.mesh_bar(loop, 0.1, last, 0) == pytest.approx(1.5 * 0.1 * 0.5 / 0.5)
     last.mesh = [0.5]
-    assert adapt.mesh_bar(loop, 0.0, last, 1, 0) == pytest.approx(0.25)
+    assert adapt.mesh_bar(loop, 0.0, last, 0) == pytest.approx(0.25)
+
+
+def test_the_bar_of_the_penalty():
+    """Springs in series, 1/Q = 1 + x: the value without the penalty's share lies within its bar of 1; where
+    points stick all of the share counts."""
+    for x in (0.003, 0.01, 0.03):
+        stiff, soft = 1 / (1 + x), 1 / (1 + 4 * x)
+        share = (stiff - soft) / 3
+        bar = adapt.penalty_bar(share, stiff + share, False)
+        assert abs(stiff + share - 1) < bar < 0.25 * share
+        assert adapt.penalty_bar(share, stiff + share, True) == share
 
 
 def test_a_deck_gets_facets_of_six_nodes():
@@ -198,3 +216,83 @@ def test_facets_of_round_surfaces_sag():
     flat = bodies.points[:, 2] > 0.5
     bodies.points[flat & (bodies.points[:, 0] > 0.5) & (bodies.points[:, 1] > 0.5), 2] += 0.1
     assert 0.005 < adapt.sag_of(bodies, {'all'}) < 0.05
+
+
+class Pressed:
+    """Results with one pair: slave points in a square of n x n facets, those with x < a in contact."""
+
+    def __init__(self, n, a):
+        self.pairs, i = ['c'], np.arange(n)
+        self.points = np.stack(np.meshgrid(i, i, [0.0], indexing='ij'), -1).reshape(-1, 3) / n
+        self.node_numbers = np.arange(1, n * n + 1)
+        self.touching = self.points[:, 0] < a
+
+    def contact(self, pair):
+        """A point a node, of the same area each."""
+        n = len(self.points)
+        return {'status': self.touching.astype(int), 'area': np.full(n, 1.0 / n),
+                'node': self.node_numbers[:, None], 'weight': np.ones((n, 1))}
+
+
+def test_facets_count_across_a_rim_alone():
+    """A strip of contact has as many facets as its width; none count where the surface ends with it."""
+    wide, narrow = (adapt.across_contact(Pressed(20, a)) for a in (0.6, 0.1))
+    assert wide == pytest.approx(12 * np.sqrt(np.sqrt(3) / 4), rel=0.02)
+    assert narrow < adapt.ENOUGH_FACETS < wide
+    assert adapt.across_contact(Pressed(20, 2.0)) is None
+
+
+def test_few_facets_give_no_bar():
+    """And no companion runs; the mesh is refined first, and the line says why."""
+    said = []
+    work = adaptation(said.append)
+    work.companions = lambda *rest: pytest.fail('a companion')
+    work.write_files = lambda: None
+    last, loop = (adapt.Loop(k, 10, 1, 1, 0.02, 2.5, [1.0], [1.0]) for k in (0, 1))
+    work.judge(loop, last, [1.0], None, True)
+    work.keep(loop)
+    assert loop.bar(0) is None and work.factor(loop) == 3.0
+    assert '2.5 facets across the contact: too few for a bar' in said[0] and 'no bar yet' in said[1]
+
+
+@pytest.mark.parametrize('material, said', [
+    ((1, 10.0, 0.3, True, False), 'finite strain'),
+    ((1, 10.0, 0.49, False, False), 'nearly incompressible'),
+    ((1, 10.0, 0.3, False, True), 'rigid regions')])
+def test_limits_are_told(material, said):
+    """What no number of the tool knows of."""
+    work = adaptation()
+    bodies = blocks(1)
+    work.tell_limits(bodies)
+    assert work.notes == []
+    bodies.materials = {1: adapt_model.Material(*material)}
+    work.tell_limits(bodies)
+    assert len(work.notes) == 1 and work.notes[0].startswith(said)
+
+
+def test_the_sag_is_told():
+    """Without a geometry, of the surfaces of pairs, where it is a share of the way."""
+    work = adaptation()
+    work.pairs = list(Deck('CONTact\n  PAIR 1 c\n    GTOS lid lid\n').records('GTOS'))
+    bodies = blocks(2)
+    work.judge_sag(bodies, np.full((1, len(bodies.points), 3), 0.1))
+    assert work.notes == []
+    bodies.points[:, 2] -= 0.1 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
+    work.judge_sag(bodies, np.full((1, len(bodies.points), 3), 0.1))
+    assert len(work.notes) == 1
+    assert work.notes[0].startswith('facets of round contact surfaces sag by up to 0.0')
+
+
+def test_the_slave_is_no_coarser_than_its_master():
+    """At the contact alone: elsewhere sizes are as they were."""
+    bodies = blocks(4)
+    h = np.full(len(bodies.points), 0.3)
+    corners = adapt_model.facets_of(bodies.cells)[0]
+    floor = np.flatnonzero(bodies.points[:, 2] < 1e-9)
+    bodies.surfaces['floor'] = corners[np.isin(corners, floor).all(1)]
+    assert adapt_remesh.matched(bodies, h, [('lid', 'floor')]) == pytest.approx(h)
+    h[bodies.sets['top'][0]] = 0.05
+    bodies.surfaces['half'] = bodies.surfaces['lid'][::2]
+    finer = adapt_remesh.matched(bodies, h, [('half', 'lid')])
+    near = np.unique(bodies.surfaces['half'])
+    assert finer[near].min() == 0.05 and finer[floor] == pytest.approx(0.3)

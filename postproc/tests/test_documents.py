@@ -11,6 +11,7 @@ TOP = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))
 DOC = os.path.join(TOP, 'doc')
 sys.path.insert(0, DOC)
 
+import cases  # noqa: E402
 import figures  # noqa: E402
 import formulas  # noqa: E402
 
@@ -40,7 +41,8 @@ def test_figures_of_the_studies_are_not_older_than_these():
     import drawing
     folder = os.path.join(DOC, 'verification')
     kept = figures.read_digests(folder)
-    names = [os.path.basename(path)[:-4] for path in glob.glob(os.path.join(folder, '*.png'))]
+    names = [name for shown in cases.PICTURES.values() for name in shown
+             if os.path.exists(os.path.join(folder, name + '.svg'))]
     assert sorted(kept) == sorted(names)
     for name in names:
         assert drawing.study_of(name), f'no study fills {name}'

@@ -102,17 +102,21 @@ def tube(bore):
 def test_bores_are_looked_into():
     for bore in (False, True):
         one = scene.Scene(*tube(bore), np.zeros(48), 'x')
-        _, one.is_closed = scene.view_of(one, 'master')
+        _, one.is_closed = scene.view_of(one, 'master', np.zeros(48))
         assert one.is_closed
+        there = scene.facet_normals(one.points, one.facets) @ [1.0, 0.0, 0.0] > 0.0  # pressed towards x
+        (azimuth, _), _ = scene.view_of(one, 'master', np.where(there, 1.0, 0.0))
+        assert -10 < azimuth < 50
     half = np.arange(24) < 12
     points, facets = tube(True)
     facets = facets[np.tile(half, 2)]  # y > 0, hollow towards -y
+    pressed = np.zeros(len(facets))
     for side in ('slave', 'master'):
-        (azimuth, _), closed = scene.view_of(scene.Scene(points, facets, np.zeros(48), 'x'), side)
+        (azimuth, _), closed = scene.view_of(scene.Scene(points, facets, np.zeros(48), 'x'), side, pressed)
         assert not closed and -120 < azimuth < -60
     one = scene.Scene(points, facets[:, ::-1], np.zeros(48), 'x')  # a shaft: its slave is of glass
-    assert 60 < scene.view_of(one, 'master')[0][0] < 120
-    assert -120 < scene.view_of(one, 'slave')[0][0] < -60
+    assert 60 < scene.view_of(one, 'master', pressed)[0][0] < 120
+    assert -120 < scene.view_of(one, 'slave', pressed)[0][0] < -60
 
 
 def test_units_are_written_as_in_print():

@@ -1,4 +1,4 @@
-"""The manuals as HTML: contents, search, formulas; every link and picture leads somewhere, none to the network."""
+"""The manuals as HTML: contents, search, formulas; links and pictures lead somewhere, none to the network."""
 import glob
 import html
 import json
@@ -22,10 +22,12 @@ def pages(tmp_path_factory):
     pytest.importorskip('myst_parser')
     pytest.importorskip('furo')
     folder = str(tmp_path_factory.mktemp('html'))
-    done = subprocess.run([sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-c', 'doc', '-d', folder + '.read',
-                           '.', folder], cwd=TOP, capture_output=True, text=True, check=False)
+    done = subprocess.run([sys.executable, '-m', 'sphinx', '-q', '-W', '--keep-going', '-c', 'doc', '-d',
+                           folder + '.read', '.', folder], cwd=TOP, capture_output=True, text=True,
+                          check=False)
     assert done.returncode == 0, done.stderr
-    return folder, {path: formulas.read(path) for path in glob.glob(os.path.join(folder, '**', '*.html'), recursive=True)}
+    return folder, {path: formulas.read(path)
+                    for path in glob.glob(os.path.join(folder, '**', '*.html'), recursive=True)}
 
 
 def page_of(pages, document):
@@ -60,11 +62,12 @@ def test_links_and_pictures_lead_somewhere_on_disk(pages):
             assert os.path.exists(there), f'{page}: {word} {target}'
             if anchor and there in anchors:
                 assert anchor in anchors[there], f'{page}: {target}'
-        assert not re.search(r'<(link|script)[^>]*(href|src)="(https?:)?//', text), f'{page} wants the network'
+        assert not re.search(r'<(link|script)[^>]*(href|src)="(https?:)?//', text), f'{page}: the network'
 
 
 def test_contents_name_all_manuals_and_their_pages(pages):
-    contents = set(re.findall(r'class="reference internal" href="([^"#]+)"', page_of(pages, os.path.join(formulas.TOP, 'README.md'))))
+    contents = set(re.findall(r'class="reference internal" href="([^"#]+)"',
+                              page_of(pages, os.path.join(formulas.TOP, 'README.md'))))
     for document in formulas.documents():
         name = os.path.splitext(os.path.relpath(document, formulas.TOP))[0] + '.html'
         assert name in contents or name == 'README.html', name
@@ -75,5 +78,6 @@ def test_the_search_finds_words_of_the_field(pages):
         index = json.loads(re.fullmatch(r'Search\.setIndex\((.*)\)', stream.read(), re.S).group(1))
     for word in ('penalti', 'schur', 'mortar', 'friction', 'augment'):
         assert word in index['terms'], word
-    names = [index['docnames'][k] for k in (lambda v: v if isinstance(v, list) else [v])(index['terms']['schur'])]
+    found = index['terms']['schur']
+    names = [index['docnames'][k] for k in (found if isinstance(found, list) else [found])]
     assert 'doc/theory' in names

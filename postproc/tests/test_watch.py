@@ -5,13 +5,12 @@ import subprocess
 import threading
 import time
 
+import mfec
 import pytest
 from mfec_post import cli
 
-import mfec
-
-SOLVE = ('step     {0} time  {0}.00000E-01 iteration  1  Residual norm =  {1:.5E}  Energy convergence test =  '
-         '5.40243E-03\n')
+SOLVE = ('step     {0} time  {0}.00000E-01 iteration  1  Residual norm =  {1:.5E}  '
+         'Energy convergence test =  5.40243E-03\n')
 TABLE = '# a run\n#   step  time  set  R1  R2  R3\n'
 ROW = ' {0} {0}.0E-1 top {0}.0 0.0 -2.0\n'
 END = 'whole run                                        1.149\n'
@@ -19,7 +18,8 @@ END = 'whole run                                        1.149\n'
 
 def a_run(base, end, steps=3):
     """Writes log and table as the program does: the log is locked, lines may come in pieces."""
-    with open(base + '.log', 'w', encoding='utf-8') as log, open(base + '.rea', 'w', encoding='utf-8') as table:
+    with open(base + '.log', 'w', encoding='utf-8') as log, \
+            open(base + '.rea', 'w', encoding='utf-8') as table:
         fcntl.flock(log, fcntl.LOCK_EX)
         log.write('mfec\n')
         table.write(TABLE)

@@ -4,7 +4,7 @@ module cell_history
   use kinds, only: wp
   use contact_types, only: pair_t, contact_point_t, cell_t, status_open
   use contact_apexes, only: find_apex_from
-  use contact_ridges, only: pass_edge
+  use convex_edges, only: pass_edge
   use facet_geometry, only: corners, project_on_facet, facet_frame, barycentric
   use master_facets, only: is_quadratic
   use slave_places, only: cell_position
@@ -218,7 +218,7 @@ contains
       corner = minloc(barycentric(xi), 1)
       next = pair%surface%neighbours(corner, path(n))
       if (n == longest_path .or. next == 0) exit
-      if (pair%surface%fold(corner, path(n)) .or. any(path(:n) == next)) exit
+      if (pair%surface%concave(corner, path(n)) .or. any(path(:n) == next)) exit
       n = n + 1
       path(n) = next
     end do

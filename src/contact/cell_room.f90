@@ -17,7 +17,7 @@ contains
 
   !> Most cells of two surfaces: the smaller of two bounds. Either each facet of one meets as many
   !! of the other as a disc of its mean width does at the densest place there; or the other way
-  !! round, and each facet of the first may hang over the rim besides.
+  !! round, and each facet of the first may hang over the boundary besides.
   integer function most_cells(slave, master, x) result(n)
     integer, intent(in) :: slave(:, :) !! (3, facets) corners of the slave facets
     integer, intent(in) :: master(:, :) !! (3, facets) corners of the master facets

@@ -37,7 +37,7 @@ module contact_cells
   !> The same for points that slip, after a solve or beside points that stick: they were expected
   !! to, and what is handed on where both are in a facet is not what it was.
   real(wp), parameter :: slipped = 0.05_wp
-  !> Cover of a facet that carries something, after a solve without friction: a rim's force.
+  !> Cover of a facet that carries something, after a solve without friction: a boundary's force.
   real(wp), parameter :: covered = 1.0e-4_wp
   !> The same where points have just touched: there is nothing yet to be kept.
   real(wp), parameter :: exactly = 1.0e-9_wp
@@ -158,13 +158,13 @@ contains
 
   !> Cuts those facets anew whose apexes have moved over the master, or whose cover has changed. New
   !! points get their history from the old ones of their facet. The first cells of an increment do
-  !! not depend on where it starts from: they are cut once. After rough solves cells stay, and with
+  !! not depend on where it starts from: they are cut once. After coarse solves cells stay, and with
   !! them the points and the multipliers that these have got so far.
   subroutine follow_cells(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! cells and working points may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
-    real(wp), intent(in) :: tolerance !! 0 at the start of an increment and after rough solves
+    real(wp), intent(in) :: tolerance !! 0 at the start of an increment and after coarse solves
     integer, intent(inout) :: changes !! grows by the points of facets that are cut anew
     type(contact_point_t), allocatable :: moved(:)
 

@@ -6,7 +6,7 @@ module contact_entries
   use element_types, only: status_open
   use contact_types, only: pair_t
   use contact_points, only: depth_limit, is_too_deep, first_cell, count_points, point_position
-  use contact_rims, only: walk
+  use surface_boundary, only: walk
   use smooth_normals, only: project_on_master
   use facet_geometry, only: corners, barycentric, facet_normal
   use facet_tree, only: facets_near, fit_tree

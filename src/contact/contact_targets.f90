@@ -11,16 +11,18 @@ module contact_targets
   use contact_parameters, only: first_raise, has_multipliers, has_field
   use smooth_normals, only: find_corners, renew_patches, project_on_master
   use contact_bodies, only: is_through_body
-  use contact_folds, only: find_folds, seek_second, is_taken, close_open_slots
-  use contact_ridges, only: find_ridges, ridge_t, look_at_ridges, pass_edge
-  use contact_rims, only: find_rims, facet_across, walk, beyond_rim, has_left, stays, &
-    rim_tolerance, on_edge, longest_walk
+  use concave_edges, only: find_concave_edges, seek_second, is_taken, close_open_slots
+  use convex_edges, only: find_convex_edges, convex_edge_t, look_at_convex_edges, pass_edge
+  use surface_boundary, only: find_boundary, facet_across, walk, beyond_boundary, has_left, stays, &
+    boundary_tolerance, on_edge, longest_walk
   use contact_apexes, only: apex_of, find_apex, touches, only_touches
   use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
   use facet_geometry, only: unfold_vector, barycentric, corners, facet_size
   use master_facets, only: find_sharp_edges
+  use mortar_types, only: mortar_t
+  use mortar_functions, only: find_faces
   implicit none
   private
   public :: start_pair, begin_increment, follow_apexes, settle_points
@@ -28,7 +30,7 @@ module contact_targets
   !> Changes of target of one point within one increment; more would be ping-pong.
   integer, parameter :: most_moves = 4
   !> A point that had no facet at the start and has used up its moves is let go if it is as far as
-  !! this share of a facet beyond the rim: else it might come and go for ever.
+  !! this share of a facet beyond the boundary: else it might come and go for ever.
   real(wp), parameter :: far_beyond = 0.25_wp
   !> To look whether a point keeps its target takes as long as so many multiplications and
   !! additions.
@@ -45,15 +47,17 @@ contains
     if (pair%smooth .and. .not. allocated(pair%surface%patch)) call find_corners(pair, x)
     if (allocated(pair%surface%middles) .and. .not. allocated(pair%surface%sharp)) &
       call find_sharp_edges(pair, x)
-    call find_folds(pair, x)
-    call find_ridges(pair, x)
-    call find_rims(pair)
+    call find_concave_edges(pair, x)
+    call find_convex_edges(pair, x)
+    call find_boundary(pair)
     call build_tree(pair%surface%tree, pair%surface%facets, x)
     if (.not. allocated(pair%history%old)) allocate (pair%history%old(count_points(pair)))
     if (.not. allocated(pair%history%new)) allocate (pair%history%new(count_points(pair)))
     pair%history%left = spread(0, 1, count_points(pair))
     pair%history%moves = pair%history%left
     if (pair%search_radius <= 0.0_wp) pair%search_radius = longest_facet(pair, x)
+    if (pair%mortar) call find_faces(pair, x)
+    pair%old_nodes = mortar_t()
     if (pair%segmented) then
       call start_cells(pair, x)
       return
@@ -111,7 +115,7 @@ contains
   !> Lets the targets follow the apexes at the positions x, crossing an edge when an apex is further
   !! outside its facet than `tolerance` (less at a kinked edge). A new target counts as a change
   !! only where the point touches the old or the new facet. No point goes back to the target it has
-  !! left last: on a ridge or in a valley two facets may point at each other for ever.
+  !! left last: on a convex edge or in a valley two facets may point at each other for ever.
   subroutine follow_apexes(pair, x_old, x, tolerance, changes)
     type(pair_t), intent(inout) :: pair !! new: targets and start apexes may change
     real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
@@ -173,7 +177,8 @@ contains
         zone = 0.0_wp
         if (pair%history%moves(p) >= most_moves) zone = far_beyond*facet_size(corners(x, &
           pair%surface%facets(:, point%target)))
-        if (beyond_rim(pair, x, point_position(pair, p, x), point%target, zone)) call let_go(point)
+        if (beyond_boundary(pair, x, point_position(pair, p, x), point%target, zone)) &
+          call let_go(point)
       end if
       if (point%target == target) return
       if (tolerance > 0.0_wp) then
@@ -184,8 +189,9 @@ contains
     end associate
   end subroutine follow_point
 
-  !> Lets a point go that has passed the rim: at the last converged state; and within an increment
-  !! one that had no facet at its start, so that it does not matter where the iteration took it.
+  !> Lets a point go that has passed the boundary: at the last converged state; and within an
+  !! increment one that had no facet at its start, so that it does not matter where the iteration
+  !! took it.
   pure subroutine let_go(point)
     type(contact_point_t), intent(inout) :: point !! its working state
 
@@ -203,19 +209,19 @@ contains
     integer, intent(in) :: p !! the point
     type(contact_point_t), intent(inout) :: point !! its working state
     integer :: step, next, before, start_target, k
-    type(ridge_t) :: ridge
+    type(convex_edge_t) :: found
 
     start_target = point%target
     before = 0
     do step = 1, longest_walk
-      ridge = look_at_ridges(pair, x, p, point%target)
-      next = ridge%next
+      found = look_at_convex_edges(pair, x, p, point%target)
+      next = found%next
       if (next == 0) next = facet_across(pair, x, point%target, apex_of(pair, p, point, x), &
-        tolerance, ridge%barred)
+        tolerance, found%barred)
       if (next == 0 .or. next == before .or. (step > 1 .and. next == start_target)) exit
       before = point%target
-      do k = 1, count(ridge%via > 0)
-        call step_over(pair, x_old, ridge%via(k), point)
+      do k = 1, count(found%via > 0)
+        call step_over(pair, x_old, found%via(k), point)
       end do
       call step_over(pair, x_old, next, point)
     end do
@@ -247,7 +253,7 @@ contains
     if (has_multipliers(pair) .and. all(pair%surface%neighbours(:, point%target) /= &
       trial%target)) return
     call find_apex(pair, p, trial, x, apex, status)
-    back = status > status_open .and. all(barycentric(apex) > merge(-on_edge, rim_tolerance, &
+    back = status > status_open .and. all(barycentric(apex) > merge(-on_edge, boundary_tolerance, &
       trial%target == pair%history%start(p)%target))
     if (.not. back) return
     if (has_multipliers(pair)) trial%lambda = unfold_vector(pair%surface%facets(:, point%target), &
@@ -296,7 +302,7 @@ contains
     call project_on_master(pair, facet, x, point_position(pair, p, x), xi, gap)
     if (is_too_deep(pair, facet, gap) .and. .not. entered) return
     if (is_through_body(pair, x, p, facet, gap) .and. .not. entered) return
-    if (beyond_rim(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
+    if (beyond_boundary(pair, x, point_position(pair, p, x), facet, 0.0_wp)) return
     point%target = facet
     point%status = status_open
     point%path = 0.0_wp

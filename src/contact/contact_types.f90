@@ -91,15 +91,15 @@ module contact_types
     logical :: exact = .false. !! a plane, cylinder or sphere, with facets that grow far away
     logical :: round = .false. !! its facets are parts of a sphere or cylinder
     integer, allocatable :: facet_elements(:) !! (facets) element behind each master facet
-    integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
+    integer, allocatable :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: boundary
     real(wp), allocatable :: facet_axis(:, :) !! (3, facets) vectors of FIELd, if it is one
     real(wp), allocatable :: lay(:, :) !! (6, facets) c at corner 3, dc/dxi, dc/deta, if convected
-    logical, allocatable :: fold(:, :) !! (3, facets) the edge facing corner k is a concave fold
-    logical, allocatable :: ridge(:, :) !! (3, facets) the edge facing corner k is a ridge
+    logical, allocatable :: concave(:, :) !! (3, facets) the edge facing corner k is concave
+    logical, allocatable :: convex(:, :) !! (3, facets) the edge facing corner k is convex
     logical, allocatable :: sharp(:, :) !! (3, facets) if curved: the edge facing corner k is kept
     integer, allocatable :: corner(:, :) !! (3, facets) corners of one number share their normal
-    logical, allocatable :: at_rim(:) !! (corners) the corner lies at a rim or a sharp edge
-    logical, allocatable :: at_end(:) !! (corners) the rim turns there
+    logical, allocatable :: at_boundary(:) !! (corners) at a boundary or a sharp edge
+    logical, allocatable :: at_end(:) !! (corners) the boundary turns there
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) patches, see smooth_patch
     real(wp), allocatable :: excess(:, :) !! (3, facets) if it overlaps: how much farther out the
     !! patch lies than the round edge facing corner k, times 4 in its middle, at the start [length]
@@ -132,7 +132,7 @@ module contact_types
     integer, allocatable :: body(:) !! (points; slave facets if segmented) body of each, if those of
     !! the master are known
     integer, allocatable :: slave_facets(:, :) !! (3, slave facets) corners, if segmented or NTOS
-    logical, allocatable :: at_rim(:) !! (slave nodes) if NTOS: at the rim of the slave's surface
+    logical, allocatable :: at_boundary(:) !! (slave nodes) if NTOS: at the slave's boundary
     integer, allocatable :: ring(:) !! if NTOS: slave facets around each slave node
     integer, allocatable :: ring_end(:) !! (slave nodes) where those of a node end
     real(wp), allocatable :: slave_area(:) !! (slave facets) if segmented: reference areas

@@ -7,13 +7,13 @@ module facet_geometry
   public :: altitude, corners, project_on_facet, project_points, &
     plane_t, plane_of, project_corners, distance_to_facet, unfold, &
     barycentric, kink_sine, facet_size, facet_area, facet_normal, facet_frame, unfold_vector, &
-    is_fold, is_convex
+    is_concave, is_convex
 
-  !> Concave edges with a larger sine of their angle (25 degrees) are folds.
-  real(wp), parameter :: fold_sine = 0.42_wp
-  !> Facets whose normals have a smaller cosine (60 degrees) are two sides of a ridge, if each lies
-  !! below the other.
-  real(wp), parameter :: ridge_cosine = 0.5_wp
+  !> Edges that rise with a larger sine of their angle (25 degrees) are concave.
+  real(wp), parameter :: concave_sine = 0.42_wp
+  !> Facets whose normals have a smaller cosine (60 degrees) are two sides of a convex edge, if each
+  !! lies below the other.
+  real(wp), parameter :: convex_cosine = 0.5_wp
 
   !> The plane of a facet: corner 3, unit normal, and the dual vectors times the size of the normal.
   type :: plane_t
@@ -197,25 +197,26 @@ contains
     q(:, 2) = cross(q(:, 3), q(:, 1))
   end function facet_frame
 
-  !> The neighbour b rises from the plane of facet a by more than the angle of a fold: a node can
+  !> The neighbour b rises from the plane of facet a by more than that angle: a node can
   !! touch both.
-  pure logical function is_fold(nodes_a, nodes_b, x)
+  pure logical function is_concave(nodes_a, nodes_b, x)
     integer, intent(in) :: nodes_a(3) !! corner nodes
     integer, intent(in) :: nodes_b(3) !! corner nodes of the neighbour
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer :: far
     real(wp) :: rise(3)
 
-    is_fold = .false.
+    is_concave = .false.
     far = far_corner(nodes_a, nodes_b)
     if (far == 0) return
-    if (kink_sine(x(:, nodes_a), x(:, nodes_b)) < fold_sine .and. dot_product(facet_normal( &
+    if (kink_sine(x(:, nodes_a), x(:, nodes_b)) < concave_sine .and. dot_product(facet_normal( &
       x(:, nodes_a)), facet_normal(x(:, nodes_b))) > 0.0_wp) return
     rise = x(:, nodes_b(far)) - x(:, nodes_b(mod(far, 3) + 1))
-    is_fold = dot_product(rise, facet_normal(x(:, nodes_a))) > 0.0_wp
-  end function is_fold
+    is_concave = dot_product(rise, facet_normal(x(:, nodes_a))) > 0.0_wp
+  end function is_concave
 
-  !> Two facets are sides of a ridge: the surface bends away from itself, by more than 60 degrees.
+  !> Two facets are sides of a convex edge: the surface bends away from itself, by more than 60
+  !! degrees.
   pure logical function is_convex(xa, xb)
     real(wp), intent(in) :: xa(3, 3) !! corners of one facet [length]
     real(wp), intent(in) :: xb(3, 3) !! corners of the other one [length]
@@ -224,7 +225,7 @@ contains
     na = facet_normal(xa)
     nb = facet_normal(xb)
     way = sum(xb - xa, 2)
-    is_convex = dot_product(na, nb) < ridge_cosine .and. dot_product(way, na) < 0.0_wp &
+    is_convex = dot_product(na, nb) < convex_cosine .and. dot_product(way, na) < 0.0_wp &
       .and. dot_product(way, nb) > 0.0_wp
   end function is_convex
 

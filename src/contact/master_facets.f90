@@ -10,7 +10,7 @@ module master_facets
   implicit none
   private
   public :: is_quadratic, is_plane, facet_kind, all_nodes, facet_routine, field_on_facet, &
-    find_sharp_edges
+    find_sharp_edges, normal_at_edge
 
   !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
   real(wp), parameter :: smooth_facet_cosine = 0.7_wp

@@ -5,7 +5,7 @@ module mortar_functions
   use vectors, only: cross
   use contact_types, only: pair_t
   use cell_cutting, only: slave_parts
-  use facet_geometry, only: corners, facet_normal
+  use master_facets, only: normal_at_edge
   implicit none
   private
   public :: find_faces, hat_functions, dual_functions, frame_of
@@ -57,13 +57,10 @@ contains
     integer, intent(in) :: facet !! the facet
     integer, intent(in) :: edge !! the edge that faces this corner
 
-    if (allocated(pair%surface%middles)) then
-      goes_on = .not. pair%surface%sharp(edge, facet)
-    else
-      goes_on = dot_product(facet_normal(corners(x, pair%surface%facets(:, facet))), &
-        facet_normal(corners(x, pair%surface%facets(:, pair%surface%neighbours(edge, facet))))) &
-        > one_face
-    end if
+    associate (across => pair%surface%neighbours(edge, facet))
+      goes_on = dot_product(normal_at_edge(pair, x, facet, across), &
+        normal_at_edge(pair, x, across, facet)) > one_face
+    end associate
   end function goes_on
 
   !> Hat functions of a place of a slave facet: its corners', or with six nodes those of the part

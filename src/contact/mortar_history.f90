@@ -10,7 +10,7 @@ module mortar_history
   use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: take_history, take_forces, show_points, settle_mortar, was_closed
+  public :: take_history, take_forces, add_forces, show_points, settle_mortar
 
 contains
 
@@ -28,11 +28,13 @@ contains
       allocate (nodes%path(n), nodes%dissipation(n), nodes%criterion(n), source=0.0_wp)
       allocate (nodes%status(n), source=status_open)
       allocate (nodes%waits(n), source=.false.)
+      allocate (nodes%new(n), source=.true.)
     end associate
     nodes%from(1, :) = 1.0_wp
     do i = 1, nodes%n
       j = same_multiplier(old, nodes%node(i), nodes%face(i))
       if (j > 0) then
+        nodes%new(i) = old%status(j) <= status_open
         nodes%path(i) = old%path(j)
         nodes%way(:, i) = old%way(:, j)
         nodes%dissipation(i) = old%dissipation(j)
@@ -50,18 +52,6 @@ contains
     end do
   end subroutine take_history
 
-  !> A multiplier was closed at the last converged state.
-  pure logical function was_closed(old, node, face) result(closed)
-    type(mortar_t), intent(in) :: old !! last converged state
-    integer, intent(in) :: node !! slave node
-    integer, intent(in) :: face !! face of the master
-    integer :: j
-
-    closed = .false.
-    j = same_multiplier(old, node, face)
-    if (j > 0) closed = old%status(j) > status_open
-  end function was_closed
-
   !> Forces, gaps and status of the multipliers from the solution along their frames.
   pure subroutine take_forces(force, gap, closed, slips, criterion, nodes)
     real(wp), intent(in) :: force(:) !! (3 n) along the frames [force]
@@ -75,23 +65,47 @@ contains
     do i = 1, nodes%n
       nodes%force(:, i) = matmul(nodes%frame(:, :, i), force(3*i - 2:3*i))
     end do
-    nodes%gap = reshape(gap, [3, nodes%n])
+    ! what a penalty product is not slip or gap of the surfaces, but their depth and elastic slip
+    nodes%gap = reshape(gap - reshape(spread(nodes%compliance, 1, 3), [3*nodes%n])*force, [3, &
+      nodes%n])
     nodes%status = merge(merge(status_slip, status_stick, slips), status_open, closed)
     nodes%criterion = criterion
   end subroutine take_forces
 
-  !> Points do what the multipliers around them do.
-  pure subroutine show_points(pair, status)
+  !> Adds the forces of the multipliers, as internal forces, to those of the nodes, eq. (7.13).
+  pure subroutine add_forces(nodes, forces)
+    type(mortar_t), intent(in) :: nodes !! weighed, with forces
+    real(wp), intent(inout) :: forces(:, :) !! (3, nodes) of contact [force]
+    integer :: i, e
+
+    do i = 1, nodes%n
+      do e = nodes%first(i), nodes%first(i + 1) - 1
+        associate (at => forces(:, nodes%column(e)))
+          at = at - nodes%now(e)*nodes%force(:, i)
+        end associate
+      end do
+    end do
+  end subroutine add_forces
+
+  !> Points do what the nearest closed multiplier around them does.
+  pure subroutine show_points(pair, status, slip)
     type(pair_t), intent(in) :: pair !! its multipliers, owners of the points
     integer, intent(inout) :: status(:) !! (points) gets theirs
+    real(wp), intent(inout) :: slip(:, :) !! (3, points) gets theirs, in space [length]
+    real(wp) :: most
     integer :: p, k
 
     do p = 1, size(status)
       if (status(p) == status_off) cycle
+      most = -huge(1.0_wp)
       status(p) = status_open
       do k = 1, 3
         associate (i => pair%nodes%owner(k, p))
-          if (i > 0) status(p) = max(status(p), pair%nodes%status(i))
+          if (i == 0) cycle
+          if (pair%nodes%status(i) <= status_open .or. pair%nodes%share(k, p) <= most) cycle
+          most = pair%nodes%share(k, p)
+          status(p) = pair%nodes%status(i)
+          slip(:, p) = matmul(pair%nodes%frame(:, 1:2, i), pair%nodes%gap(1:2, i))
         end associate
       end do
     end do

@@ -7,17 +7,17 @@ module mortar_weights
   use mortar_functions, only: dual_functions, hat_functions, frame_of
   use contact_parameters, only: point_parameters
   use contact_overlap, only: withheld_gap
-  use contact_points, only: count_points
+  use contact_points, only: count_points, point_position
   use elmlib, only: n_parameters
   use facet_geometry, only: corners, facet_normal, project_on_facet, barycentric
   use friction_axes, only: axes_t, find_axes
   use master_facets, only: is_quadratic, facet_kind, all_nodes
   use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic, &
     facet_flat
-  use slave_places, only: is_bent, slave_nodes, cell_position
+  use slave_places, only: is_bent, slave_nodes
   implicit none
   private
-  public :: weigh_nodes
+  public :: weigh_nodes, under_t, look_under
 
   !> A node of which less than this share is covered has no multiplier.
   real(wp), parameter :: least_cover = 1.0e-4_wp
@@ -239,7 +239,7 @@ contains
     type(facet_shapes_t) :: s
     type(axes_t) :: axes
 
-    y = cell_position(pair, pair%history%cells(p), x)
+    y = point_position(pair, p, x)
     associate (point => pair%history%new(p), facet => pair%history%new(p)%target)
       if (is_quadratic(pair, facet)) then
         under%n = 6
@@ -302,6 +302,7 @@ contains
     nodes%face = nodes%face(:n)
     nodes%weight = nodes%weight(:n)
     nodes%offset = nodes%offset(:n)
+    nodes%compliance = spread(0.0_wp, 1, n)
     nodes%owner = reshape(place([nodes%owner]), shape(nodes%owner))
     do i = 1, size(nodes%owner, 2)
       do k = 1, 3

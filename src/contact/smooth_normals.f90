@@ -17,9 +17,9 @@ module smooth_normals
 
   !> Facets whose normals have a smaller cosine meet in a sharp edge: 30 degrees and round-off.
   real(wp), parameter :: sharp_cosine = 0.866024_wp
-  !> Where the facets of a corner at the rim fill less than this angle, the rim turns.
+  !> Where the facets of a corner at the boundary fill less than this angle, the boundary turns.
   real(wp), parameter :: end_angle = 0.75_wp*pi
-  !> Most by which the normal at a rim is tilted.
+  !> Most by which the normal at a boundary is tilted.
   real(wp), parameter :: most_tilt = 0.3_wp
   !> Directions in which the edges around a corner say less than this share are left alone.
   real(wp), parameter :: least_share = 0.05_wp
@@ -39,10 +39,10 @@ contains
   !> Sharp edges of a surface, and the corners of its facets that share a normal: those that are
   !! around one node without a sharp edge between them.
   subroutine find_edges(surface, x)
-    type(master_surface_t), intent(inout) :: surface !! gets sharp, corner, at_rim, at_end, patch
+    type(master_surface_t), intent(inout) :: surface !! gets sharp, corner, at_*, patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: f, k, n, facets
-    logical :: rim
+    logical :: ends
 
     facets = size(surface%facets, 2)
     surface%sharp = spread([.true., .true., .true.], 2, facets)
@@ -54,30 +54,30 @@ contains
       end do
     end do
     surface%corner = spread([0, 0, 0], 2, facets)
-    allocate (surface%at_rim(3*facets), source=.false.)
+    allocate (surface%at_boundary(3*facets), source=.false.)
     n = 0
     do f = 1, facets
       do k = 1, 3
         if (surface%corner(k, f) > 0) cycle
         n = n + 1
         surface%corner(k, f) = n
-        call mark_fan(surface, k, f, 1, rim)
-        if (rim) call mark_fan(surface, k, f, 2, rim)
-        surface%at_rim(n) = rim
+        call mark_fan(surface, k, f, 1, ends)
+        if (ends) call mark_fan(surface, k, f, 2, ends)
+        surface%at_boundary(n) = ends
       end do
     end do
-    surface%at_rim = surface%at_rim(1:n)
-    surface%at_end = surface%at_rim .and. angles_at(surface, x) < end_angle
+    surface%at_boundary = surface%at_boundary(1:n)
+    surface%at_end = surface%at_boundary .and. angles_at(surface, x) < end_angle
     allocate (surface%patch(n_patch_values, facets), source=0.0_wp)
   end subroutine find_edges
 
   !> Gives the corners around a node the number of one of them, in one direction.
-  pure subroutine mark_fan(surface, corner, facet, direction, rim)
+  pure subroutine mark_fan(surface, corner, facet, direction, ends)
     type(master_surface_t), intent(inout) :: surface !! gets corner
     integer, intent(in) :: corner !! where to start
     integer, intent(in) :: facet !! where to start
     integer, intent(in) :: direction !! the next edge faces this corner after the fan's; 1 or 2
-    logical, intent(out) :: rim !! the fan ends at a rim or a sharp edge
+    logical, intent(out) :: ends !! the fan ends at a boundary or a sharp edge
     integer :: f, k, edge, node
 
     f = facet
@@ -85,8 +85,8 @@ contains
     node = surface%facets(k, f)
     do
       edge = mod(k + direction - 1, 3) + 1
-      rim = surface%sharp(edge, f)
-      if (rim) return
+      ends = surface%sharp(edge, f)
+      if (ends) return
       f = surface%neighbours(edge, f)
       k = corner_of(surface%facets(:, f), node)
       if (surface%corner(k, f) > 0) return
@@ -118,11 +118,11 @@ contains
   pure subroutine bend(surface, x)
     type(master_surface_t), intent(inout) :: surface !! gets patch
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: normal(3, size(surface%at_rim))
+    real(wp) :: normal(3, size(surface%at_boundary))
     integer :: f
 
     call average_normals(surface, x, normal)
-    if (any(surface%at_rim)) call tilt_at_rim(surface, x, normal)
+    if (any(surface%at_boundary)) call tilt_at_boundary(surface, x, normal)
     do f = 1, size(surface%facets, 2)
       surface%patch(:, f) = patch_values(patch_of(corners(x, surface%facets(:, f)), &
         normal(:, surface%corner(:, f))))
@@ -136,12 +136,12 @@ contains
   pure subroutine measure_excess(surface, x)
     type(master_surface_t), intent(inout) :: surface !! with its patches at x; gets excess
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: normal(3, size(surface%at_rim)), theta
+    real(wp) :: normal(3, size(surface%at_boundary)), theta
     type(patch_t) :: patch
     integer :: f, k
 
     call average_normals(surface, x, normal)
-    if (any(surface%at_rim)) call tilt_at_rim(surface, x, normal)
+    if (any(surface%at_boundary)) call tilt_at_boundary(surface, x, normal)
     surface%excess = 0.0_wp*surface%facets
     do f = 1, size(surface%facets, 2)
       patch = patch_from_values(surface%patch(:, f))
@@ -171,7 +171,7 @@ contains
   pure function angles_at(surface, x) result(angles)
     type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    real(wp) :: angles(size(surface%at_rim))
+    real(wp) :: angles(size(surface%at_boundary))
     integer :: f, k
 
     angles = 0.0_wp
@@ -207,9 +207,9 @@ contains
     end do
   end subroutine average_normals
 
-  !> Tilts the normals at a rim, where facets lie on one side only, so that the edges that come
+  !> Tilts the normals at a boundary, where facets lie on one side only, so that the edges that come
   !! from within end with the curvature that they begin with.
-  pure subroutine tilt_at_rim(surface, x, normal)
+  pure subroutine tilt_at_boundary(surface, x, normal)
     type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(inout) :: normal(:, :) !! (3, corners) unit normals
@@ -227,23 +227,23 @@ contains
       end do
     end do
     do k = 1, size(normal, 2)
-      if (.not. surface%at_rim(k)) cycle
+      if (.not. surface%at_boundary(k)) cycle
       tilt = matmul(tangents(normal(:, k)), solve_symmetric(a(:, k), b(:, k)))
       if (norm2(tilt) > most_tilt) tilt = tilt*(most_tilt/norm2(tilt))
       normal(:, k) = normal(:, k) + tilt/sqrt(1.0_wp - dot_product(tilt, tilt))
       normal(:, k) = normal(:, k)/norm2(normal(:, k))
     end do
-  end subroutine tilt_at_rim
+  end subroutine tilt_at_boundary
 
   !> Adds what an edge with the unit vector d wants of the tilt t of the normal at its end on the
-  !! rim: d . (n + t) = -d . n of the other end. That end lies within; where the rim turns, it may
-  !! also lie on the rim: along the rim normals are right.
+  !! boundary: d . (n + t) = -d . n of the other end. That end lies within; where the boundary
+  !! turns, it may also lie on the boundary: along the boundary normals are right.
   pure subroutine want_curvature(surface, x, normal, f, here, there, a, b)
     type(master_surface_t), intent(in) :: surface !! the surface
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(in) :: normal(:, :) !! (3, corners) unit normals
     integer, intent(in) :: f !! a facet
-    integer, intent(in) :: here !! end of the edge whose normal is tilted, if it is at the rim
+    integer, intent(in) :: here !! end of the edge whose normal is tilted, if it is at the boundary
     integer, intent(in) :: there !! the other end
     real(wp), intent(inout) :: a(:, :) !! (3, corners) normal equations: 11, 22, 12
     real(wp), intent(inout) :: b(:, :) !! (2, corners) their right-hand sides
@@ -252,8 +252,8 @@ contains
 
     i = surface%corner(here, f)
     j = surface%corner(there, f)
-    if (.not. surface%at_rim(i)) return
-    if (surface%at_end(j) .or. (surface%at_rim(j) .and. &
+    if (.not. surface%at_boundary(i)) return
+    if (surface%at_end(j) .or. (surface%at_boundary(j) .and. &
       .not. surface%at_end(i))) return
     way = x(:, surface%facets(there, f)) - x(:, surface%facets(here, f))
     way = way/norm2(way)

@@ -16,7 +16,7 @@ contains
   !! edges, with the curvature kappa from the angle to the facet behind the edge.
   pure subroutine find_sags(facets, neighbours, x, sag)
     integer, intent(in) :: facets(:, :) !! (3, facets) corners
-    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the rim
+    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the boundary
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp), intent(out) :: sag(:) !! (facets) [length]
     real(wp) :: here, cosine

@@ -12,7 +12,7 @@ module facet_orders
     integer :: count = 0 !! number of parts
     integer, allocatable :: of(:) !! (facets) part of each
     logical, allocatable :: turned(:) !! (facets) its corners are not in the order they had
-    logical, allocatable :: closed(:) !! (parts) it has no rim
+    logical, allocatable :: closed(:) !! (parts) it has no boundary
     integer, allocatable :: clash(:, :) !! (2, n) facets that cannot agree: the part has one side
   end type facet_parts_t
 
@@ -72,7 +72,7 @@ contains
   !> Neighbours that disagree when all others agree: the part is one-sided, like Moebius' strip.
   subroutine find_clashes(first, neighbours, parts)
     integer, intent(in) :: first(:, :) !! (3, facets) corners in the order they had
-    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: rim
+    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0: boundary
     type(facet_parts_t), intent(inout) :: parts !! gets clash
     integer :: pass, f, g, k, n
 

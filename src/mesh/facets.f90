@@ -95,11 +95,11 @@ contains
     end do
   end function find_key
 
-  !> The facet across each edge. An edge of one facet is the rim; so is one of three or more,
+  !> The facet across each edge. An edge of one facet is the boundary; so is one of three or more,
   !! because there the surface does not say which way it goes on.
   subroutine facet_neighbours(corners, neighbours, non_manifold)
     integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
-    integer, allocatable, intent(out) :: neighbours(:, :) !! (3, n) facet facing corner k, 0: rim
+    integer, allocatable, intent(out) :: neighbours(:, :) !! (3, n) facet facing corner k, or 0
     integer, intent(out) :: non_manifold !! number of edges that hold more than two facets
     integer, allocatable :: edges(:, :), order(:)
     integer :: f, k, a, b, n, first, last, i, j

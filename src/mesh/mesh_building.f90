@@ -43,7 +43,7 @@ contains
 
     n = max(8, min(nodes, 100000))
     m = max(8, min(elements, 100000))
-    allocate (mesh%x(3, n), mesh%rough(3, n), source=0.0_wp)
+    allocate (mesh%x(3, n), mesh%rounding(3, n), source=0.0_wp)
     allocate (mesh%defined(n), source=.false.)
     allocate (mesh%ix(most_nodes, m), source=0)
     allocate (mesh%material(m), mesh%region(m), origin%set(m), origin%record(m), source=0)
@@ -109,12 +109,12 @@ contains
   end subroutine place_node
 
   !> Keeps what a file has rounded the coordinates of a node by, turned like these by TRANsform.
-  subroutine set_roundings(mesh, n, rough)
+  subroutine set_roundings(mesh, n, rounding)
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer, intent(in) :: n !! node number
-    real(wp), intent(in) :: rough(3) !! [length]
+    real(wp), intent(in) :: rounding(3) !! [length]
 
-    mesh%rough(:, n) = matmul(abs(mesh%turn), rough)
+    mesh%rounding(:, n) = matmul(abs(mesh%turn), rounding)
   end subroutine set_roundings
 
   !> Gives an element its nodes, unless it has some already.
@@ -189,7 +189,7 @@ contains
       end do
     end do
     do a = 1, mesh%nodes
-      mesh%rough(:, a) = min(mesh%rough(:, a), thin_layer_ratio*mesh%spacing(a))
+      mesh%rounding(:, a) = min(mesh%rounding(:, a), thin_layer_ratio*mesh%spacing(a))
     end do
   end subroutine limit_roundings
 
@@ -200,7 +200,7 @@ contains
     real(wp) :: tolerance(mesh%nodes)
 
     tolerance = default_tolerance*model_size(mesh)
-    if (allocated(mesh%rough)) tolerance = max(tolerance, mesh%rough(direction, :mesh%nodes))
+    if (allocated(mesh%rounding)) tolerance = max(tolerance, mesh%rounding(direction, :mesh%nodes))
   end function axis_tolerance
 
   !> How far apart nodes may be and still be at one place [length].
@@ -209,7 +209,8 @@ contains
     real(wp) :: tolerance(mesh%nodes)
 
     tolerance = default_tolerance*model_size(mesh)
-    if (allocated(mesh%rough)) tolerance = max(tolerance, norm2(mesh%rough(:, :mesh%nodes), 1))
+    if (allocated(mesh%rounding)) tolerance &
+      = max(tolerance, norm2(mesh%rounding(:, :mesh%nodes), 1))
   end function place_tolerance
 
   !> A node so near to what a choice takes was meant, maybe, and is worth a warning [length].
@@ -264,23 +265,23 @@ contains
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer, intent(in) :: room !! new length
     integer, intent(out) :: status !! 0, or no memory
-    real(wp), allocatable :: x(:, :), rough(:, :)
+    real(wp), allocatable :: x(:, :), rounding(:, :)
     logical, allocatable :: defined(:)
     integer :: n
 
     n = min(room, size(mesh%defined))
     allocate (x(3, room), stat=status)
     if (status /= 0) return
-    allocate (defined(room), rough(3, room), stat=status)
+    allocate (defined(room), rounding(3, room), stat=status)
     if (status /= 0) return
     x(:, :n) = mesh%x(:, :n)
     x(:, n + 1:) = 0.0_wp
-    rough(:, :n) = mesh%rough(:, :n)
-    rough(:, n + 1:) = 0.0_wp
+    rounding(:, :n) = mesh%rounding(:, :n)
+    rounding(:, n + 1:) = 0.0_wp
     defined(:n) = mesh%defined(:n)
     defined(n + 1:) = .false.
     call move_alloc(x, mesh%x)
-    call move_alloc(rough, mesh%rough)
+    call move_alloc(rounding, mesh%rounding)
     call move_alloc(defined, mesh%defined)
   end subroutine resize_nodes
 

@@ -50,7 +50,7 @@ module mesh_types
     integer :: exact_nodes = 0 !! the last so many belong to exact surfaces
     integer :: elements = 0 !! highest element number
     real(wp), allocatable :: x(:, :) !! (3, nodes) reference coordinates
-    real(wp), allocatable :: rough(:, :) !! (3, nodes) what files have rounded it by [length]
+    real(wp), allocatable :: rounding(:, :) !! (3, nodes) what files have rounded it by [length]
     real(wp), allocatable :: spacing(:) !! (nodes) shortest edge of an element there [length]
     logical, allocatable :: defined(:) !! (nodes) the deck gave this node coordinates
     logical, allocatable :: used(:) !! (nodes) an element holds this node

@@ -108,24 +108,24 @@ contains
   !! numbers: nothing. Six to nine digits: a unit in the last place of the largest coordinate, for
   !! such meshes are made or turned in single precision. Four or five: half a unit of each number,
   !! and what single precision leaves of a zero.
-  pure function roundings(x) result(rough)
+  pure function roundings(x) result(rounding)
     real(wp), intent(in) :: x(:, :) !! (3, n) coordinates as written [length]
-    real(wp) :: rough(3, size(x, 2)), largest
+    real(wp) :: rounding(3, size(x, 2)), largest
     integer :: digits, i, k
 
-    rough = 0.0_wp
+    rounding = 0.0_wp
     digits = digits_of(x)
     if (digits < least_rounded .or. digits > most_digits) return
     largest = maxval(abs(x))
-    rough = single_error*largest
+    rounding = single_error*largest
     if (digits >= least_single) then
-      rough = max(rough, unit_of(largest, digits))
+      rounding = max(rounding, unit_of(largest, digits))
       return
     end if
     do i = 1, size(x, 2)
       do k = 1, 3
         ! a number just below a power of ten may have been rounded from just above
-        rough(k, i) = max(rough(k, i), 0.5_wp*unit_of(abs(x(k, i))*(1.0_wp + 10.0_wp**( &
+        rounding(k, i) = max(rounding(k, i), 0.5_wp*unit_of(abs(x(k, i))*(1.0_wp + 10.0_wp**( &
           2 - digits)), digits))
       end do
     end do

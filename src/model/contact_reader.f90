@@ -312,7 +312,8 @@ contains
       call check_laws(drafts(i), diagnostics)
       if (drafts(i)%complete .and. .not. drafts(i)%has_form) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has no surfaces', &
-          'write GTOS slave master, MORTar slave master, or NTOS slave master')
+          'write MORTar slave master (no penalty), GTOS slave master (where much slides or '// &
+          'strains), or NTOS slave master (nodes)')
       end if
       if (pair%smooth .and. pair%fit%adjusted) then
         call report_error(diagnostics, pair%at, 'pair '//pair%name//' has SMOOth and ADJUst', &
@@ -378,7 +379,6 @@ contains
   subroutine check_words(draft, diagnostics)
     type(pair_draft_t), intent(in) :: draft !! a pair with MORTar
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
-    integer :: k
 
     if (draft%penalty_at%line > 0) call report_error(diagnostics, draft%penalty_at, &
       'MORTar has no penalty: its forces are unknowns', 'delete PENAlty')
@@ -386,11 +386,6 @@ contains
       'MORTar needs no AUGMent: its forces are multipliers', 'delete AUGMent')
     if (draft%smooth_at%line > 0) call report_error(diagnostics, draft%smooth_at, &
       'MORTar does not know SMOOth in this version', 'delete SMOOth, or write GTOS')
-    do k = 1, size(cone_laws)
-      if (cone_laws(k)%keeps_path .and. acts(k, draft%pair%law)) call report_error(diagnostics, &
-        draft%law_at(k), 'MORTar does not know '//trim(cone_laws(k)%keyword)//' in this version', &
-        'delete it, or write GTOS')
-    end do
   end subroutine check_words
 
   !> What segmentation cannot do.

@@ -18,8 +18,9 @@ module gap_adjustment
   real(wp), parameter :: most_gap_share = 0.05_wp
   !> A node lies on the facet if its distance is below this share of the longest edge.
   real(wp), parameter :: on_surface = 1.0e-12_wp
-  !> A projection outside the rim by more than this, in shape functions, is not over the master.
-  real(wp), parameter :: rim_tolerance = 1.0e-6_wp
+  !> A projection outside the boundary by more than this, in shape functions, is not over the
+  !! master.
+  real(wp), parameter :: boundary_tolerance = 1.0e-6_wp
   !> No element keeps less than this share of its volume,
   real(wp), parameter :: least_volume = 0.5_wp
   !> nor gets an aspect ratio larger than this many times its own.
@@ -50,7 +51,7 @@ contains
     integer, intent(in) :: slave(:) !! slave nodes
     integer, intent(in) :: slave_facets(:, :) !! (3, facets) corners of the facets between them
     integer, intent(in) :: facets(:, :) !! (3, facets) corners of the master's facets
-    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the rim
+    integer, intent(in) :: neighbours(:, :) !! (3, facets) facet facing corner k, 0 at the boundary
     real(wp), intent(in) :: tolerance !! largest gap or penetration, 0 for the default [length]
     type(mesh_t), intent(inout) :: mesh !! its nodes are moved
     type(adjustment_t), intent(out) :: done !! what was done
@@ -174,8 +175,8 @@ contains
     associate (corners => x(:, facets(:, facet)))
       call project_on_facet(corners, y, xi, gap)
       n = barycentric(xi)
-      if (any(n < -rim_tolerance .and. neighbours(:, facet) == 0)) return
-      if (all(n >= -rim_tolerance)) then
+      if (any(n < -boundary_tolerance .and. neighbours(:, facet) == 0)) return
+      if (all(n >= -boundary_tolerance)) then
         way = matmul(corners, n) - y
         return
       end if

@@ -25,7 +25,7 @@ module tool_sides
   !! of a body one element thick is not taken for its front.
   real(wp), parameter :: overlap_share = 0.5_wp
   !> A side has the slave if at most this share of what sees the tool is on the other: round-off and
-  !! rims make less, a slave on both sides more.
+  !! boundaries make less, a slave on both sides more.
   real(wp), parameter :: stray = 0.05_wp
   !> Facets of a part that tell whether it lies in another one, at most.
   integer, parameter :: most_samples = 1000
@@ -202,7 +202,7 @@ contains
     end do
   end function closest_point
 
-  !> Shares of some points before the front of a part and behind it; those beside its rim count
+  !> Shares of some points before the front of a part and behind it; those beside its boundary count
   !! little.
   subroutine divide(x, part, y, weight, ahead, behind)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]

@@ -234,7 +234,7 @@ contains
         t = 'takes nothing'
         if (size(model%pairs) == 0) t = 'no contact'
         if (worst > 0) t = 'takes about '//to_text(100.0_wp*audit%value(check), 2)// &
-          ' % of forces or ways, most of it pair '//model%pairs(worst)%name
+          ' % of forces or displacements, most of it pair '//model%pairs(worst)%name
       case default
         t = 'enough'
         if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
@@ -285,9 +285,9 @@ contains
       t = 'linear tetrahedra lock above 0.45, stresses and stiffness are far too large: refine '// &
         'and compare, or take 0.45'
     case (check_penalty)
-      t = 'without penetration forces are larger where ways are prescribed, ways smaller where '// &
-        'forces are: write a stiffer PENAlty (AUTO 100 takes a tenth to a third of what '// &
-        'AUTO 10 does), or AUGMent'
+      t = 'without penetration forces are larger where displacements are prescribed, '// &
+        'displacements smaller where forces are: write a stiffer PENAlty (AUTO 100 takes '// &
+        'a tenth to a third of what AUTO 10 does), or AUGMent'
     case (check_answers)
       t = answers_advice
     case (check_moved)
@@ -325,7 +325,7 @@ contains
         to_text(before, 12)//' is on disk'
       return
     end if
-    if (is_pinned(system, body)) then
+    if (is_fixed(system, body)) then
       t = t//'  HOLD alone stops it there, and may carry nothing: balance the loads, or '// &
         'restrain the body with BOUNdary'//nl//'  everything up to time '//to_text(before, 12)// &
         ' is on disk'
@@ -363,12 +363,12 @@ contains
     t = t//'  everything up to time '//to_text(before, 12)//' is on disk'
   end function shape_message
 
-  !> HOLD stops the body at pins.
-  pure logical function is_pinned(system, body) result(pinned)
-    type(system_t), intent(in) :: system !! pinned, if there are such bodies
+  !> HOLD stops the body at fixings.
+  pure logical function is_fixed(system, body) result(fixed)
+    type(system_t), intent(in) :: system !! fixed, if there are such bodies
     integer, intent(in) :: body !! the body, 0 for none
 
-    pinned = body > 0 .and. allocated(system%body%pinned)
-    if (pinned) pinned = any(spread(system%body%node_body == body, 1, 3) .and. system%body%pinned)
-  end function is_pinned
+    fixed = body > 0 .and. allocated(system%body%fixed)
+    if (fixed) fixed = any(spread(system%body%node_body == body, 1, 3) .and. system%body%fixed)
+  end function is_fixed
 end module audit_text

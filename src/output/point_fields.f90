@@ -4,7 +4,7 @@ module point_fields
   use kinds, only: wp
   use friction_laws, only: slip_path
   use contact_types, only: pair_t
-  use result_fields, only: field_t, over_points
+  use result_fields, only: field_t, over_points, over_near, over_closed
   use hdf5_data, only: stored_real, stored_integer
   implicit none
   private
@@ -31,16 +31,16 @@ module point_fields
     integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
     integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
     real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
-    real(wp), allocatable :: start(:, :) !! (2, points) apex in its target at the increment's start
-    real(wp), allocatable :: offset(:) !! (points) if there may be one: added to the gap [length]
-    real(wp), allocatable :: lift(:) !! (points) if smooth: height over the slave facet [length]
+    real(wp), allocatable :: start(:, :) !! (2, closed) apex in its target at the increment's start
+    real(wp), allocatable :: offset(:) !! (near) if there may be one: added to the gap [length]
+    real(wp), allocatable :: lift(:) !! (near) if smooth: height over the slave facet [length]
     real(wp), allocatable :: multiplier(:, :) !! (3, points) with AUGMent: force without gap [force]
-    real(wp), allocatable :: patch(:, :) !! (n_patch_values, facets) if smooth: master patches
+    real(wp), allocatable :: patch(:, :) !! (n_patch_values, targets) if smooth: patches
   end type point_fields_t
 
   !> When a field is there.
   integer, parameter :: part_always = 0 !! always
-  integer, parameter :: part_offset = 1 !! with `SHRInk` or `SMOOth`
+  integer, parameter :: part_offset = 1 !! with `SHRInk`, or `SMOOth` surfaces that overlap
   integer, parameter :: part_lift = 2 !! `GTOS` with `SMOOth`
   integer, parameter :: part_point_multiplier = 3 !! with `AUGMent`
 
@@ -67,13 +67,13 @@ module point_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_always), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions: sum of the ways over the master', part_always), &
-    field_t('start_tip', stored_real, 2, over_points, '1', &
+    'this path with its directions: sum of the slip over the master', part_always), &
+    field_t('start_tip', stored_real, 2, over_closed, '1', &
     'apex that the last increment began with, in the facet of host', part_always), &
-    field_t('offset', stored_real, 1, over_points, 'length', &
+    field_t('offset', stored_real, 1, over_near, 'length', &
     'part of the gap that is not between the surfaces: what is withheld of an overlap', &
     part_offset), &
-    field_t('lift', stored_real, 1, over_points, 'length', &
+    field_t('lift', stored_real, 1, over_near, 'length', &
     'height of the point over its flat slave facet', part_lift), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force on the master without a gap, along a1, e x a1 and e of the facet', &
@@ -102,7 +102,8 @@ contains
   pure logical function has_offset(pair)
     type(pair_t), intent(in) :: pair !! the pair
 
-    has_offset = pair%smooth .or. pair%shrinking%shrink >= 0
+    has_offset = pair%shrinking%shrink >= 0 .or. allocated(pair%shrinking%excess) .or. &
+      allocated(pair%surface%excess)
   end function has_offset
 
   !> Whether points of a pair stand over their slave facets.

@@ -7,11 +7,14 @@ module result_fields
   implicit none
   private
   public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory
+    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory, over_near, &
+    over_closed
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
-  !! after parameter, and those nodes once; what the points of the bulk remember.
+  !! after parameter, and those nodes once; what the points of the bulk remember. Of points with a
+  !! facet and of closed points there are as many at an end time as `host` and `status` say: a row
+  !! each, one end time behind the other.
   integer, parameter :: over_one = 0
   integer, parameter :: over_nodes = 1
   integer, parameter :: over_points = 2
@@ -20,6 +23,8 @@ module result_fields
   integer, parameter :: over_node_slopes = 5
   integer, parameter :: over_contact_nodes = 6
   integer, parameter :: over_memory = 7
+  integer, parameter :: over_near = 8
+  integer, parameter :: over_closed = 9
 
   !> A field: a data set with one entry for each end time.
   type :: field_t
@@ -54,8 +59,14 @@ contains
     integer, intent(in) :: blocks !! entries in a chunk
     type(error_t), allocatable, intent(out) :: error !! file trouble
 
-    call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
-      trim(field%unit), trim(field%description), error, blocks)
+    if (field%over >= over_near) then
+      call make_series(file, group//trim(field%name), field%stored, pack([field%components], &
+        field%components > 1), counts(over_points), trim(field%unit), trim(field%description), &
+        error)
+    else
+      call make_series(file, group//trim(field%name), field%stored, field_shape(field, counts), 1, &
+        trim(field%unit), trim(field%description), error, blocks)
+    end if
   end subroutine create_field
 
   !> Entries that a data set has; 0 if it is not there.

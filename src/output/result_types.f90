@@ -2,6 +2,7 @@
 module result_types
   use kinds, only: wp
   use contact_types, only: contact_point_t, cell_t
+  use mortar_types, only: multiplier_t
   use body_fields, only: n_body_fields
   use point_fields, only: point_fields_t
   use slope_state, only: kept_slopes_t
@@ -85,6 +86,7 @@ module result_types
     type(contact_point_t), allocatable :: points(:) !! (points) at the last converged state
     integer, allocatable :: coupled(:) !! (points) target when the matrix pattern was built, 0 idle
     type(cell_t), allocatable :: cells(:) !! (points) of a segmented pair: where they are
+    type(multiplier_t), allocatable :: multipliers(:) !! (points) with MORTar: those of its nodes
   end type pair_history_t
 
   !> What a run needs to go on from an end time.

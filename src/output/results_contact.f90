@@ -45,7 +45,7 @@ module results_contact
     column_t('dissipated_energy', at_energy, 1, 'force/length', &
     'work of friction so far, over reference area; slave side'), &
     column_t('frictional_slip', at_way, 3, 'length', &
-    'slip since the touch: sum of the ways of the cones over the master; slave side'), &
+    'slip since the touch: sum of the paths of the cones over the master; slave side'), &
     column_t('slip_path', at_path, 1, 'length', &
     'length of the way slipped since the touch; slave side'), &
     column_t('stick_share', at_stick, 1, '1', 'share of the area that sticks; slave side'), &

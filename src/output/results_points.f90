@@ -4,10 +4,11 @@ module results_points
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
+  use element_types, only: status_open
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
-  use result_fields, only: field_t, create_field
+  use result_fields, only: field_t, create_field, over_near, over_closed
   use point_fields, only: point_fields_t, contact_fields, address_of, is_written
   use results_scene, only: write_pair_scene
   use hdf5_io, only: hdf5_file_t, make_group
@@ -181,7 +182,7 @@ contains
 
     address = address_of(points, field%name)
     if (.not. c_associated(address)) return
-    associate (n => field%components*size(points%target))
+    associate (n => field%components*rows_of(field, points))
       if (field%stored == stored_real) then
         call c_f_pointer(address, reals, [n])
         call hold_block(file, group//'/'//trim(field%name), reals, error)
@@ -191,4 +192,19 @@ contains
       end if
     end associate
   end subroutine append_field
+
+  !> How many points a field has values of.
+  pure integer function rows_of(field, points) result(n)
+    type(field_t), intent(in) :: field !! one of contact_fields
+    type(point_fields_t), intent(in) :: points !! the points
+
+    select case (field%over)
+    case (over_near)
+      n = count(points%target > 0)
+    case (over_closed)
+      n = count(points%status > status_open)
+    case default
+      n = size(points%target)
+    end select
+  end function rows_of
 end module results_points

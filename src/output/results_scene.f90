@@ -5,6 +5,7 @@ module results_scene
   use kinds, only: wp
   use contact_types, only: pair_t
   use cells, only: facet_of, most_facet_nodes
+  use contact_points, only: count_points
   use smooth_patch, only: n_patch_values
   use rigid_paths, only: count_rigid
   use model_types, only: model_t, nodal_values_t
@@ -16,8 +17,9 @@ module results_scene
   private
   public :: write_scene, write_pair_scene
 
-  !> Version of this layout: 1 is the first. A reader refuses a higher one.
-  integer, parameter :: scene_version = 1
+  !> Version of this layout: 1 has patches of all facets, and start_tip, offset and lift of all
+  !! points at each end time. A reader refuses a higher one.
+  integer, parameter :: scene_version = 2
   !> Its group.
   character(*), parameter :: scene_root = '/scene/'
 
@@ -216,9 +218,9 @@ contains
     if (allocated(pair%surface%facet_axis) .and. .not. allocated(error)) call write_rows(file, &
       group//'/facet_axis', pair%surface%facet_axis, 'vector of FIELd of each facet', error)
     if (.not. allocated(error) .and. pair%smooth) call make_series(file, group//'/patch', &
-      stored_real, [n_patch_values, size(pair%surface%facets, 2)], 1, 'length', &
-      'of each master facet, along a1, a2, e: curvatures of the edges facing corners 1, 2, 3, '// &
-      'normals at these', error, file%blocks)
+      stored_real, [n_patch_values], min(count_points(pair), size(pair%surface%facets, 2)), &
+      'length', 'of the facets in host at an end time, in their order, along a1, a2, e: '// &
+      'curvatures of the edges facing corners 1, 2, 3, normals at these', error)
     if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
     call make_series(file, group//'/middles', stored_integer, [3], size(pair%surface%middles, 2), &
       '1', 'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)

@@ -13,7 +13,7 @@ module state_checks
   private
   public :: check_state
 
-  !> An apex lies in its target, or beside it by this share of it at most: at a rim.
+  !> An apex lies in its target, or beside it by this share of it at most: at a boundary.
   real(wp), parameter :: beside_target = 0.5_wp
 
 contains
@@ -86,6 +86,7 @@ contains
           end if
         end associate
       end if
+      if (len(why) == 0 .and. allocated(history%multipliers)) why = fault_of_multiplier(history, p)
       if (len(why) == 0) cycle
       why = 'point '//to_text(p)//' of pair '//pair%name//': '//why
       return
@@ -115,6 +116,25 @@ contains
         to_text(point%apex(2))//') lies outside of its facet'
     end if
   end function fault_of
+
+  !> The same of a multiplier.
+  function fault_of_multiplier(history, p) result(why)
+    type(pair_history_t), intent(in) :: history !! of a pair with MORTar
+    integer, intent(in) :: p !! its place
+    character(:), allocatable :: why
+
+    why = ''
+    associate (one => history%multipliers(p))
+      if (one%node < 0 .or. (one%node > 0 .and. one%face < 1)) then
+        why = 'its multiplier belongs to no node'
+      else if (one%status < status_open .or. one%status > status_slip) then
+        why = 'the status of its multiplier is '//to_text(one%status)
+      else if (.not. all_finite([one%axis, one%normal, one%force, one%path, one%way, &
+        one%dissipation])) then
+        why = 'its multiplier holds what is not a number'
+      end if
+    end associate
+  end function fault_of_multiplier
 
   !> Whether all values are numbers, none infinite.
   pure logical function all_finite(values)

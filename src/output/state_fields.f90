@@ -29,9 +29,10 @@ module state_fields
   integer, parameter :: part_factor = 6 !! with factors of a bulk that is not linear
   integer, parameter :: part_path = 7 !! always; older files lack it
   integer, parameter :: part_state_multiplier = 8 !! with `AUGMent`
-  integer, parameter :: part_cells = 9 !! with `SEGMent`
+  integer, parameter :: part_cells = 9 !! with `SEGMent` and `MORTar`
   integer, parameter :: part_slopes = 10 !! with `SENSitivity`
   integer, parameter :: part_memory = 11 !! with laws of `SOLId` that remember (none so far)
+  integer, parameter :: part_mortar = 12 !! with `MORTar`
 
   !> Fields of a state as a whole.
   type(field_t), parameter :: fields_of_state(*) = [ &
@@ -98,7 +99,7 @@ module state_fields
     field_t(slip_path%name, stored_real, 1, over_points, slip_path%unit, slip_path%description, &
     part_path), &
     field_t('frictional_slip', stored_real, 3, over_points, 'length', &
-    'this way with its directions', part_path), &
+    'this path with its directions', part_path), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force without a gap, along a1, e x a1 and e of the facet', part_state_multiplier), &
     field_t('slave', stored_integer, 1, over_points, '1', &
@@ -108,7 +109,22 @@ module state_fields
     field_t('area', stored_real, 1, over_points, 'length^2', 'reference area of the point', &
     part_cells), &
     field_t('place', stored_real, 2, over_points, '1', &
-    '(xi, eta) of the point in its target when its cell was made', part_cells)]
+    '(xi, eta) of the point in its target when its cell was made', part_cells), &
+    field_t('node', stored_integer, 1, over_points, '1', &
+    'multipliers, as many as there are, from the first place on: slave node, 0 for none', &
+    part_mortar), &
+    field_t('face', stored_integer, 1, over_points, '1', 'their faces of the master', &
+    part_mortar), &
+    field_t('node_status', stored_integer, 1, over_points, '1', 'their status', part_mortar), &
+    field_t('node_axis', stored_real, 3, over_points, '1', 'p1 of their frames', part_mortar), &
+    field_t('node_normal', stored_real, 3, over_points, '1', 'normals of these', part_mortar), &
+    field_t('node_force', stored_real, 3, over_points, 'force', 'their forces', part_mortar), &
+    field_t('node_path', stored_real, 1, over_points, 'length', &
+    'way that they have slipped since the touch', part_mortar), &
+    field_t('node_way', stored_real, 3, over_points, 'length', 'this way with its directions', &
+    part_mortar), &
+    field_t('node_dissipation', stored_real, 1, over_points, 'force length', &
+    'work that their friction has taken', part_mortar)]
 
   !> Whether a deck or one of its pairs has use for a field.
   interface in_use
@@ -129,7 +145,7 @@ contains
   pure logical function is_optional(field)
     type(field_t), intent(in) :: field !! of a state or pair
 
-    is_optional = all(field%part /= [part_always, part_mark, part_cells])
+    is_optional = all(field%part /= [part_always, part_mark, part_cells, part_mortar])
   end function is_optional
 
   !> Whether a deck has use for a field.
@@ -152,6 +168,8 @@ contains
       used = has_multipliers(pair)
     case (part_cells)
       used = pair%segmented
+    case (part_mortar)
+      used = pair%mortar
     case default
       used = .true.
     end select
@@ -283,6 +301,18 @@ contains
       values => history%cells%area
     case ('place')
       values => history%cells%place(k)
+    case ('node_axis')
+      values => history%multipliers%axis(k)
+    case ('node_normal')
+      values => history%multipliers%normal(k)
+    case ('node_force')
+      values => history%multipliers%force(k)
+    case ('node_path')
+      values => history%multipliers%path
+    case ('node_way')
+      values => history%multipliers%way(k)
+    case ('node_dissipation')
+      values => history%multipliers%dissipation
     end select
   end function real_component
 
@@ -302,6 +332,12 @@ contains
       values => history%coupled
     case ('slave')
       values => history%cells%slave
+    case ('node')
+      values => history%multipliers%node
+    case ('face')
+      values => history%multipliers%face
+    case ('node_status')
+      values => history%multipliers%status
     end select
   end function integer_component
 end module state_fields

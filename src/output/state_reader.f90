@@ -343,6 +343,7 @@ contains
 
     allocate (history%points(count_points(pair)), history%coupled(count_points(pair)))
     if (pair%segmented) allocate (history%cells(count_points(pair)))
+    if (pair%mortar) allocate (history%multipliers(count_points(pair)))
     do i = 1, size(fields_of_pair)
       associate (field => fields_of_pair(i))
         path = pair_group(pair%number)//'/'//trim(field%name)

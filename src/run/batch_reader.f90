@@ -122,7 +122,7 @@ contains
     end do
   end subroutine check_order
 
-  !> TANG uses the penalty as it is: between bodies that yield it may be all round-off.
+  !> TANG uses the penalty as it is: between bodies that deform it may be all round-off.
   subroutine check_tangents(pairs, commands, diagnostics)
     type(pair_t), intent(in) :: pairs(:) !! the contact pairs, penalties set
     type(batch_command_t), intent(in) :: commands(:) !! the solution commands

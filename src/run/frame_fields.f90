@@ -64,20 +64,33 @@ contains
     type(system_t), intent(in) :: system !! its contact elements, as they have been solved
     integer, intent(in) :: k !! its number among the pairs
     type(point_fields_t), intent(inout) :: points !! gets start, offset, lift, multiplier, patch
-    integer :: first, last
+    integer :: first, last, p
 
     first = system%place%first_point(k)
     last = system%place%first_point(k + 1) - 1
     associate (list => system%contact)
-      points%start = points%apex
-      where (spread(points%status > status_open, 1, 2)) points%start = list%h1(:, first:last)
-      if (has_offset(pair)) points%offset = list%offset(first:last)
-      if (has_lift(pair)) points%lift = list%lift(first:last)
+      points%start = list%h1(:, pack([(p, p=first, last)], points%status > status_open))
+      if (has_offset(pair)) points%offset = pack(list%offset(first:last), points%target > 0)
+      if (has_lift(pair)) points%lift = pack(list%lift(first:last), points%target > 0)
       if (pair%augmented) points%multiplier = list%shift(:, first:last) &
         *spread(list%d(d03_epsilon, first:last), 1, 3)
     end associate
-    if (pair%smooth) points%patch = pair%surface%patch
+    if (pair%smooth) points%patch = pair%surface%patch(:, targets_of(points%target, &
+      size(pair%surface%facets, 2)))
   end subroutine fill_begin
+
+  !> The facets that hold points, in their order.
+  pure function targets_of(target, facets) result(list)
+    integer, intent(in) :: target(:) !! (points) facet of each, 0 for none
+    integer, intent(in) :: facets !! number of facets
+    integer, allocatable :: list(:)
+    logical :: used(0:facets)
+    integer :: f
+
+    used = .false.
+    used(target) = .true.
+    list = pack([(f, f=1, facets)], used(1:))
+  end function targets_of
 
   !> One field of the bodies, unless it is that of the elements itself.
   subroutine fill_field(name, model, state, stress, nodal, values)

@@ -6,8 +6,8 @@ module mortar_limits
   use contact_types, only: pair_t
   use command_line, only: options_t
   use batch_types, only: batch_command_t
-  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
   use bulk_laws, only: laws
+  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
   use model_types, only: model_t
   use ranks, only: count_ranks
   implicit none
@@ -21,7 +21,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(batch_command_t), intent(in) :: commands(:) !! its solution commands
     type(options_t), intent(in) :: options !! the command line
-    logical, intent(in) :: asks !! derivatives or variants are asked for
+    logical, intent(in) :: asks !! derivatives are asked for
     type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
     integer :: k, first
 
@@ -29,10 +29,8 @@ contains
     first = findloc(model%pairs%mortar, .true., 1)
     if (first == 0) return
     associate (at => model%pairs(first)%at)
-      if (asks) call refuse(at, 'MORTar does not know derivatives and variants in this version', &
-        'leave SENSitivity, STUDy and --vary out, or write GTOS', diagnostics)
-      if (len(options%restart) > 0) call refuse(at, 'MORTar cannot go on from a saved state in '// &
-        'this version', 'run the deck from its start, without --restart', diagnostics)
+      if (asks) call refuse(at, 'MORTar does not know derivatives in this version', &
+        'leave SENSitivity out, or write GTOS', diagnostics)
       if (all(options%solver /= [solver_unknown, solver_auto, solver_reduced])) call refuse(at, &
         'MORTar wants the solver REDUced', 'leave --solver out', diagnostics)
       if (count_ranks() > 1) call refuse(at, 'MORTar works on one rank', 'run it without mpirun', &
@@ -65,9 +63,6 @@ contains
       case ('tang', 'utan')
         call refuse(commands(i)%at, 'MORTar has no TANG: its forces are unknowns of an increment', &
           'write STEP,,n in place of TIME, TANG and SOLV', diagnostics)
-      case ('rest')
-        call refuse(commands(i)%at, 'MORTar cannot go back to a saved state in this version', &
-          'leave REST out', diagnostics)
       case ('solv')
         if (commands(i)%solves) cycle
         if (all(solver_of(commands(i)%option) /= [solver_auto, solver_reduced])) call refuse( &
@@ -77,8 +72,8 @@ contains
     end do
   end subroutine check_commands
 
-  !> A pair beside others without multipliers, a slave that does not deform, a bulk that is not
-  !! linear, bodies whose motion is unknown.
+  !> A pair beside others that is no row by row, a slave that does not deform, a bulk that is not
+  !! linear.
   subroutine check_bodies(model, pair, name, diagnostics)
     type(model_t), intent(in) :: model !! materials, supports
     type(pair_t), intent(in) :: pair !! one of the pairs
@@ -87,28 +82,40 @@ contains
     integer :: i
 
     if (.not. pair%mortar) then
-      call refuse(pair%at, 'pair '//pair%name//' has a penalty, and pair '//name//' has MORTar', &
-        'write MORTar in all pairs, or in none', diagnostics)
+      if (pair%augmented) call refuse(pair%at, 'pair '//pair%name//' has AUGMent, and pair '//name &
+        //' has MORTar', 'delete AUGMent, or write MORTar in this pair, too', diagnostics)
+      ! three cones on each of its cells are more than Newton's method settles beside the nodes'
+      if (pair%segmented) call refuse(pair%at, 'pair '//pair%name//' has SEGMent, and pair '//name &
+        //' has MORTar', 'write MORTar in this pair, too, or GTOS without SEGMent', diagnostics)
+      if (pair%smooth) call refuse(pair%at, 'pair '//pair%name//' has SMOOth, and pair '//name// &
+        ' has MORTar', 'delete SMOOth, or write GTOS in place of MORTar', diagnostics)
       return
     end if
-    do i = 1, size(model%materials)
-      if (model%materials(i)%rigid .or. .not. laws(model%materials(i)%law)%finite) cycle
-      if (all(model%element_material /= i)) cycle
-      call refuse(pair%at, 'MORTar knows small strain alone in this version', &
-        'write SOLId LINEar, or GTOS in place of MORTar', diagnostics)
-      exit
-    end do
-    do i = 1, size(model%conditions%rigid)
-      if (.not. any(model%conditions%rigid(i)%free)) cycle
-      call refuse(pair%at, 'MORTar does not know rigid bodies with free motions in this '// &
-        'version: body '//model%conditions%rigid(i)%name//' has some', &
-        'prescribe all its motions by MOVE and TURN, or write GTOS', diagnostics)
-      exit
-    end do
+    if (any([(is_finite(model, i), i=1, size(model%materials))])) then
+      if (.not. all(model%pairs%mortar)) call refuse(pair%at, 'MORTar beside other forms knows '// &
+        'small strain alone in this version', 'write SOLId LINEar, or MORTar in all pairs', &
+        diagnostics)
+      do i = 1, size(model%conditions%rigid)
+        if (.not. any(model%conditions%rigid(i)%free)) cycle
+        call refuse(pair%at, 'MORTar in finite strain does not know rigid bodies with free '// &
+          'motions in this version: body '//model%conditions%rigid(i)%name//' has some', &
+          'prescribe all its motions by MOVE and TURN, or write GTOS', diagnostics)
+        exit
+      end do
+    end if
     if (.not. allocated(pair%points%slave_facets)) return
     if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
       size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &
       pair%slave//''' does not deform: multipliers there would be more than the master can '// &
       'follow', 'exchange slave and master', diagnostics)
   end subroutine check_bodies
+
+  !> Elements of a material are of finite strain.
+  pure logical function is_finite(model, material)
+    type(model_t), intent(in) :: model !! materials, elements
+    integer, intent(in) :: material !! its number
+
+    is_finite = .not. model%materials(material)%rigid .and. &
+      laws(model%materials(material)%law)%finite .and. any(model%element_material == material)
+  end function is_finite
 end module mortar_limits

@@ -22,7 +22,7 @@ contains
     integer :: k, p, i
 
     do k = 1, size(model%pairs)
-      if (.not. (model%pairs(k)%mortar .and. allocated(model%pairs(k)%nodes%owner))) cycle
+      if (.not. allocated(model%pairs(k)%nodes%owner)) cycle
       associate (nodes => model%pairs(k)%nodes)
         do p = 1, size(nodes%owner, 2)
           f = 0.0_wp

@@ -9,6 +9,11 @@ module restored_balance
   use force_scales, only: force_scale
   use increment_start, only: take_overlaps, begin_at
   use model_types, only: model_t
+  use mortar_types, only: mortar_t
+  use mortar_weights, only: weigh_nodes
+  use mortar_history, only: take_history, add_forces
+  use mortar_points, only: weigh_points, take_point_history
+  use elmlib, only: routine_none
   use residuals, only: form_residual, residual_norm, estimate_round_off
   use result_types, only: saved_state_t
   use scene_marks, only: mark_scene, mark_time
@@ -20,7 +25,7 @@ module restored_balance
   public :: check_time, check_balance, residual_share_of
 
   !> What balance may lack over the force scale, where the run left less, with multipliers and
-  !! without.
+  !! without. Those of MORTar act with weights that have settled to 1e-6.
   real(wp), parameter :: least_balance = 1.0e-7_wp
   real(wp), parameter :: least_augmented = 1.0e-5_wp
   !> The same over what the run left, or over round-off, and at most.
@@ -58,6 +63,7 @@ contains
     call form_state(model, system, state)
     share = least_balance
     do k = 1, size(model%pairs)
+      if (model%pairs(k)%mortar) share = max(share, least_augmented)
       if (.not. model%pairs(k)%augmented) cycle
       share = max(share, least_augmented, over_left*model%pairs(k)%augment_tolerance)
     end do
@@ -94,8 +100,37 @@ contains
     end do
     call load_contact(model, system)
     call form_residual(system, model%mesh%x)
+    call add_multipliers(model, system)
     call estimate_round_off(system, model%mesh%x)
   end subroutine form_state
+
+  !> With MORTar: the forces of multipliers and of other points, weighed at the state, in the place
+  !! of those of the contact elements.
+  subroutine add_multipliers(model, system)
+    type(model_t), intent(in) :: model !! pairs with the multipliers of the state
+    type(system_t), intent(inout) :: system !! contact elements; gets contact_force, right
+    type(mortar_t) :: nodes
+    integer :: k
+
+    if (.not. any(model%pairs%mortar)) return
+    system%contact_force = 0.0_wp
+    do k = 1, size(model%pairs)
+      associate (pair => model%pairs(k), first => system%place%first_point(k), &
+        last => system%place%first_point(k + 1) - 1)
+        if (pair%mortar) then
+          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_history(pair%old_nodes, pair%old_nodes, nodes)
+        else
+          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
+            system%position%x_now, nodes)
+          call take_point_history(pair, system%position%x_now, nodes)
+        end if
+        call add_forces(nodes, system%contact_force)
+      end associate
+    end do
+    call system%form%gather(system, 0.0_wp, .false.)
+  end subroutine add_multipliers
 
   !> Norm of loads, contact forces and forces of the supports as they follow from displacements.
   pure real(wp) function computed_forces(system) result(norm)

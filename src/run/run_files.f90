@@ -2,6 +2,7 @@
 module run_files
   use kinds, only: wp
   use mortar_rows, only: sum_multipliers
+  use mortar_types, only: kept_multipliers
   use vectors, only: cross
   use errors, only: error_t
   use element_types, only: n_element_stress, status_stick, status_slip, status_open
@@ -347,6 +348,8 @@ contains
     do k = 1, size(model%pairs)
       saved%pairs(k)%points = model%pairs(k)%history%old
       if (model%pairs(k)%segmented) saved%pairs(k)%cells = model%pairs(k)%history%old_cells
+      if (model%pairs(k)%mortar) saved%pairs(k)%multipliers = kept_multipliers( &
+        model%pairs(k)%old_nodes, size(saved%pairs(k)%points))
       saved%pairs(k)%coupled = system%place%coupled_targets(system%place%first_point(k): &
         system%place%first_point(k + 1) - 1)
     end do

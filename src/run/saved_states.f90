@@ -10,6 +10,7 @@ module saved_states
   use model_types, only: model_t
   use system_types, only: system_t, state_t
   use contact_cells, only: begin_cells
+  use mortar_types, only: multipliers_of
   use form_choice, only: take_full_form
   use linear_solver, only: solver_unknown
   use result_types, only: saved_state_t
@@ -103,6 +104,8 @@ contains
         model%pairs(k)%history%old_cells = saved%pairs(k)%cells
         call begin_cells(model%pairs(k))
       end if
+      if (model%pairs(k)%mortar) model%pairs(k)%old_nodes = multipliers_of( &
+        saved%pairs(k)%multipliers)
       targets(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
         saved%pairs(k)%coupled
     end do

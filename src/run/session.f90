@@ -164,7 +164,7 @@ contains
     if (study%active .or. sensitivity%active) call refuse_changes(options, error)
     if (allocated(error)) return
     if (error_count(diagnostics) == 0) call check_mortar(model, commands, options, &
-      sensitivity%active .or. study%active, diagnostics)
+      sensitivity%active, diagnostics)
     if (study%active .and. error_count(diagnostics) == 0) call check_run(options, commands, study, &
       diagnostics, error)
     if (allocated(error)) return

@@ -37,7 +37,7 @@ module cone_slopes
     real(wp) :: dover(causes) = 0.0_wp !! of over
     real(wp) :: drho(causes) = 0.0_wp !! of rho
     real(wp) :: dg_x(3, 12) = 0.0_wp !! of g, by S, 1, 2, 3
-    real(wp) :: dtip_x(2, 12) = 0.0_wp !! of apex [1/length]
+    real(wp) :: dapex_x(2, 12) = 0.0_wp !! of apex [1/length]
     real(wp) :: dover_x(12) = 0.0_wp !! of over
     real(wp) :: drho_x(12) = 0.0_wp !! of rho
   end type cone_slopes_t
@@ -77,7 +77,7 @@ contains
     slopes%drho_x = -f%dgap
     if (slopes%rho < 0.0_wp) then
       slopes%apex = f%xi
-      slopes%dtip_x = matmul(transpose(f%dual), gap_operator(f%xi) - dyad(f%e, f%dgap) &
+      slopes%dapex_x = matmul(transpose(f%dual), gap_operator(f%xi) - dyad(f%e, f%dgap) &
         - f%gap*f%de)
       return
     end if
@@ -207,7 +207,7 @@ contains
       slopes%dg_x = dyad(f%e, f%dgap) - slopes%rho*f%de + matmul(p, ds_new) &
         + s_new(1)*f%dp(:, :, 1) + s_new(2)*f%dp(:, :, 2)
     end associate
-    slopes%dtip_x = matmul(transpose(f%dual), gap_operator(slopes%apex) - slopes%dg_x + f%dk)
+    slopes%dapex_x = matmul(transpose(f%dual), gap_operator(slopes%apex) - slopes%dg_x + f%dk)
   end subroutine slide
 
   !> How far the axes turn for a unit of the lay's angle: an axis that is carried with the facet was
@@ -274,7 +274,7 @@ contains
     real(wp) :: change(5)
 
     change(1:3) = matmul(slopes%dg_x, dx)
-    change(4:5) = matmul(slopes%dtip_x, dx)
+    change(4:5) = matmul(slopes%dapex_x, dx)
   end function slope_by_motion
 
   !> Change of the nodal forces of S, 1, 2, 3 for a change of g, of the apex and of the penalty:

@@ -6,7 +6,7 @@ module linear_answers
   use back_ends, only: solver_done
   use condensed_types, only: condensed_t, contact_tangent_t
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
-    subtract_yield, subtract_yield_of_all
+    subtract_product, subtract_products
   use condensed_direction, only: answer
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
     apply_rest
@@ -74,11 +74,11 @@ contains
     late = .not. condensed%tangent%parts%iterated
     if (condensed%tangent%parts%iterated) then
       b = u(condensed%alive%live, :)
-      call subtract_yield(condensed%bodies, c(condensed%alive%live, :), b)
+      call subtract_product(condensed%bodies, c(condensed%alive%live, :), b)
       allocate (y, mold=b)
       call answer_by_turns(condensed, b, y, arrived)
       c(condensed%alive%live, :) = c(condensed%alive%live, :) + y
-      if (arrived) call subtract_yield_of_all(condensed%bodies, c, u)
+      if (arrived) call subtract_products(condensed%bodies, c, u)
     else
       call gather_touched(condensed, course%touched)
       associate (rows => course%touched%rows)
@@ -137,12 +137,12 @@ contains
     real(wp), intent(out) :: y(:, :) !! (columns, rows) [force]
     real(wp), intent(out) :: t(:, :) !! (columns, rows) displacements with the answer [length]
     logical, intent(out) :: arrived !! all columns
-    real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), yields(:, :), share(:, :)
+    real(wp), allocatable :: shares(:, :), z(:, :), r(:, :), x(:, :), product(:, :), share(:, :)
     real(wp), allocatable :: first(:, :)
 
     associate (tangent => condensed%tangent, touched => course%touched, iteration => &
       course%iteration, columns => size(b, 1), n => size(b, 2), most => most_block_steps*size(b, 1))
-      allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most), yields(n, &
+      allocate (z(tangent%rank, columns), r(columns, n), shares(tangent%rank, most), product(n, &
         most))
       t = b
       call answer_leading_block(condensed, touched, t, z)
@@ -155,7 +155,7 @@ contains
       do while (iteration%m > iteration%n)
         associate (old => iteration%n + 1, new => iteration%m)
           x = transpose(iteration%base(:, old:new))
-          call answer_push(condensed, touched, x, shares(:, old:new), yields(:, old:new))
+          call answer_push(condensed, touched, x, shares(:, old:new), product(:, old:new))
           call add_images(transpose(x), iteration)
         end associate
       end do
@@ -164,25 +164,25 @@ contains
       y = transpose(matmul(iteration%base(:, :iteration%n), share))
       z = z - matmul(shares(:, :iteration%n), share)
       call add_leading_block(tangent, touched, z, y)
-      t = t - transpose(matmul(yields(:, :iteration%n), share))
+      t = t - transpose(matmul(product(:, :iteration%n), share))
     end associate
   end subroutine answer_block
 
   !> What forces x of the rest become: the displacements that they make, answered by the leading
   !! part, push the rest once more.
-  subroutine answer_push(condensed, touched, x, z, yields)
+  subroutine answer_push(condensed, touched, x, z, product)
     type(condensed_t), intent(in) :: condensed !! tangent with its factor, compliances
     type(touched_t), intent(in) :: touched !! rows and their compliance
     real(wp), intent(inout) :: x(:, :) !! (columns, rows) grow by the push [force]
     real(wp), intent(out) :: z(:, :) !! (rank, columns) the leading part is U z
-    real(wp), intent(out) :: yields(:, :) !! (rows, columns) displacements, answered [length]
+    real(wp), intent(out) :: product(:, :) !! (rows, columns) displacements, answered [length]
     real(wp) :: t(size(x, 1), size(x, 2)), r(size(x, 1), size(x, 2))
 
     t = 0.0_wp
     call add_product(condensed%bodies, touched, x, t)
     call answer_leading_block(condensed, touched, t, z)
     call apply_rest_block(condensed%tangent, touched, t, r)
-    yields = transpose(t)
+    product = transpose(t)
     x = x + r
   end subroutine answer_push
 

@@ -99,7 +99,7 @@ contains
         do i = 1, size(cone_laws)
           if (acts(i, pair%law)) call refuse(trim(cone_laws(i)%keyword)//' (pair '//pair%name//')')
         end do
-        if (pair%points%slots > 1) call refuse('a master with folds (pair '//pair%name//')')
+        if (pair%points%slots > 1) call refuse('a master with concave edges (pair '//pair%name//')')
       end associate
     end do
     if (allocated(system%loads%spring)) call refuse('SPRIng')

@@ -14,7 +14,7 @@ module target_slopes
   !> Facets on a way between two targets, at most; and ways that are tried.
   integer, parameter :: longest_facet_way = 64, most_ways = 4000
   !> Tips that differ by less, in shape functions, are the same.
-  real(wp), parameter :: same_tip = 1.0e-9_wp
+  real(wp), parameter :: same_apex = 1.0e-9_wp
 
   !> The facets that an apex has been unfolded over.
   type :: way_t
@@ -109,7 +109,7 @@ contains
     real(wp), intent(in) :: n(3) !! shape functions
     real(wp), intent(in) :: apex(2) !! the apex
 
-    leads_to = maxval(abs(n(1:2) - apex)) <= same_tip*(1.0_wp + maxval(abs(apex)))
+    leads_to = maxval(abs(n(1:2) - apex)) <= same_apex*(1.0_wp + maxval(abs(apex)))
   end function leads_to
 
   !> Steps over neighbours from each facet to one of them, as far as another one and a little more.

@@ -7,7 +7,7 @@ module touched_candidates
   implicit none
   private
   public :: touched_t, gather_touched, add_product, subtract_leading, subtract_beside, &
-    subtract_yield, subtract_yield_of_all
+    subtract_product, subtract_products
 
   !> Columns of a matrix that are multiplied at once, and rows times columns of both factors: for so
   !! small a product BLAS does not copy the matrix first, which took longer than the product.
@@ -102,14 +102,14 @@ contains
     real(wp), intent(in), contiguous :: cu(:, :) !! (live, rank or more) C U [length]
     real(wp), intent(in), contiguous :: z(:, :) !! (rank, columns)
     real(wp), intent(inout) :: y(:, :) !! (columns, rows) [length]
-    real(wp) :: yields(size(cu, 1), size(z, 2)), turned(size(z, 2), size(z, 1))
+    real(wp) :: product(size(cu, 1), size(z, 2)), turned(size(z, 2), size(z, 1))
     integer :: i
 
     if (size(z) == 0) return
     turned = transpose(z)
-    call multiply_few(size(cu, 1), size(z, 2), size(z, 1), cu, turned, yields)
+    call multiply_few(size(cu, 1), size(z, 2), size(z, 1), cu, turned, product)
     do i = 1, size(touched%live_rows)
-      if (touched%live_rows(i) > 0) y(:, i) = y(:, i) - yields(touched%live_rows(i), :)
+      if (touched%live_rows(i) > 0) y(:, i) = y(:, i) - product(touched%live_rows(i), :)
     end do
   end subroutine subtract_leading
 
@@ -314,7 +314,7 @@ contains
   end subroutine add_times
 
   !> y = y - C x on the live candidates.
-  subroutine subtract_yield(bodies, x, y)
+  subroutine subtract_product(bodies, x, y)
     type(condensed_body_t), intent(in) :: bodies(:) !! live compliances
     real(wp), intent(in) :: x(:, :) !! (live, columns) [force]
     real(wp), intent(inout) :: y(:, :) !! (live, columns) [length]
@@ -332,7 +332,7 @@ contains
         end associate
       end associate
     end do
-  end subroutine subtract_yield
+  end subroutine subtract_product
 
   !> The same for one body.
   subroutine subtract_part(rows, skipped, n, c, x, y)
@@ -347,7 +347,7 @@ contains
   end subroutine subtract_part
 
   !> u = u - C f on all candidates; only the lower triangles of the compliances count.
-  subroutine subtract_yield_of_all(bodies, f, u)
+  subroutine subtract_products(bodies, f, u)
     type(condensed_body_t), intent(in) :: bodies(:) !! compliances
     real(wp), intent(in) :: f(:, :) !! (candidates, columns) [force]
     real(wp), intent(inout) :: u(:, :) !! (candidates, columns) [length]
@@ -366,5 +366,5 @@ contains
         end associate
       end associate
     end do
-  end subroutine subtract_yield_of_all
+  end subroutine subtract_products
 end module touched_candidates

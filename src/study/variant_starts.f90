@@ -28,7 +28,7 @@ module variant_starts
     integer :: steps = 0 !! its end times
     real(wp), allocatable :: force(:, :, :) !! (3, contact nodes, end times) [force]
     type(touching_t), allocatable :: touching(:) !! (end times)
-    real(wp), allocatable :: yielded(:, :) !! (candidates, end times) what bodies yield to these;
+    real(wp), allocatable :: product(:, :) !! (candidates, end times) compliance product of these;
     !! not allocated if it is not known [length]
   end type forces_t
 
@@ -151,7 +151,7 @@ contains
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
     type(condensed_t), intent(inout) :: condensed !! forces kept of the end time before; gets those
-    !! foretold, and what bodies yield to them
+    !! foretold, and displacements that these make
     integer :: k
     logical :: touches
 
@@ -181,54 +181,54 @@ contains
         end associate
       end do
     end associate
-    call guess_yields(starts, i, condensed)
+    call guess_products(starts, i, condensed)
   end subroutine guess_forces
 
-  !> What bodies yield to the forces foretold is the same sum of what they yielded before.
-  subroutine guess_yields(starts, i, condensed)
+  !> compliance product of the forces foretold is the same sum of their products before.
+  subroutine guess_products(starts, i, condensed)
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
-    type(condensed_t), intent(inout) :: condensed !! forces foretold; gets yielded
+    type(condensed_t), intent(inout) :: condensed !! forces foretold; gets product
     integer :: k
 
-    if (.not. knows_yields(starts, i, condensed)) return
+    if (.not. knows_products(starts, i, condensed)) return
     associate (bulk => condensed%bulk)
-      if (i == starts%first) bulk%yielded = spread(0.0_wp, 1, condensed%n)
+      if (i == starts%first) bulk%product = spread(0.0_wp, 1, condensed%n)
       do k = 1, size(starts%neighbours)
-        associate (yielded => starts%done(starts%neighbours(k))%yielded)
-          if (i == starts%first) bulk%yielded = bulk%yielded + starts%shares(k)*yielded(:, i)
-          if (i > starts%first) bulk%yielded = bulk%yielded + starts%shares(k)*(yielded(:, i) &
-            - yielded(:, i - 1))
+        associate (product => starts%done(starts%neighbours(k))%product)
+          if (i == starts%first) bulk%product = bulk%product + starts%shares(k)*product(:, i)
+          if (i > starts%first) bulk%product = bulk%product + starts%shares(k)*(product(:, i) &
+            - product(:, i - 1))
         end associate
       end do
-      bulk%yielded_to = candidate_forces(condensed)
+      bulk%product_of = candidate_forces(condensed)
     end associate
-  end subroutine guess_yields
+  end subroutine guess_products
 
-  !> Yields are known of all neighbours and of the end time before.
-  logical function knows_yields(starts, i, condensed) result(known)
+  !> Products are known of all neighbours and of the end time before.
+  logical function knows_products(starts, i, condensed) result(known)
     type(starts_t), intent(in) :: starts !! neighbours chosen
     integer, intent(in) :: i !! the end time
-    type(condensed_t), intent(in) :: condensed !! candidates, yielded
+    type(condensed_t), intent(in) :: condensed !! candidates, product
     integer :: k
 
-    known = i == starts%first .or. has_yielded(condensed)
+    known = i == starts%first .or. is_product_current(condensed)
     do k = 1, size(starts%neighbours)
       if (.not. known) return
       associate (done => starts%done(starts%neighbours(k)))
-        known = allocated(done%yielded)
-        if (known) known = size(done%yielded, 1) == condensed%n
+        known = allocated(done%product)
+        if (known) known = size(done%product, 1) == condensed%n
       end associate
     end do
-  end function knows_yields
+  end function knows_products
 
-  !> Yields are those to the forces of the iterate.
-  pure logical function has_yielded(condensed) result(yields)
-    type(condensed_t), intent(in) :: condensed !! force, yielded
+  !> The product is that of the forces of the iterate.
+  pure logical function is_product_current(condensed) result(product)
+    type(condensed_t), intent(in) :: condensed !! force, product
 
-    yields = allocated(condensed%bulk%yielded_to)
-    if (yields) yields = all(abs(condensed%bulk%force - condensed%bulk%yielded_to) <= 0.0_wp)
-  end function has_yielded
+    product = allocated(condensed%bulk%product_of)
+    if (product) product = all(abs(condensed%bulk%force - condensed%bulk%product_of) <= 0.0_wp)
+  end function is_product_current
 
   !> The forces to start from, at the candidates.
   pure function candidate_forces(condensed) result(force)
@@ -245,7 +245,7 @@ contains
   subroutine keep_forces_of(starts, i, condensed)
     type(starts_t), intent(inout) :: starts !! gets them
     integer, intent(in) :: i !! the end time
-    type(condensed_t), intent(in) :: condensed !! forces at its end, and before friction; yielded
+    type(condensed_t), intent(in) :: condensed !! forces at its end, and before friction; product
 
     associate (mine => starts%done(starts%last), outer => condensed%outer)
       if (.not. allocated(mine%force)) then
@@ -255,29 +255,29 @@ contains
       mine%force(:, :, i) = outer%kept(:, starts%nodes)
       if (allocated(mine%touching(i)%force)) deallocate (mine%touching(i)%force)
       if (allocated(outer%touching)) mine%touching(i)%force = outer%touching(:, starts%nodes)
-      call keep_yields_of(starts, i, condensed)
+      call keep_products_of(starts, i, condensed)
       mine%steps = i
     end associate
   end subroutine keep_forces_of
 
-  !> Keeps what bodies yield to them, as long as candidates are the same.
-  subroutine keep_yields_of(starts, i, condensed)
+  !> Keeps displacements that these make, as long as candidates are the same.
+  subroutine keep_products_of(starts, i, condensed)
     type(starts_t), intent(inout) :: starts !! gets them
     integer, intent(in) :: i !! the end time
-    type(condensed_t), intent(in) :: condensed !! yielded
+    type(condensed_t), intent(in) :: condensed !! product
     logical :: whole
 
     associate (mine => starts%done(starts%last))
-      whole = has_yielded(condensed)
-      if (allocated(mine%yielded)) then
-        if (size(mine%yielded, 1) /= condensed%n .or. .not. whole) deallocate (mine%yielded)
-        whole = whole .and. allocated(mine%yielded)
+      whole = is_product_current(condensed)
+      if (allocated(mine%product)) then
+        if (size(mine%product, 1) /= condensed%n .or. .not. whole) deallocate (mine%product)
+        whole = whole .and. allocated(mine%product)
       else
         whole = whole .and. i == starts%first
       end if
       if (.not. whole) return
-      if (.not. allocated(mine%yielded)) allocate (mine%yielded(condensed%n, starts%times))
-      mine%yielded(:, i) = condensed%bulk%yielded
+      if (.not. allocated(mine%product)) allocate (mine%product(condensed%n, starts%times))
+      mine%product(:, i) = condensed%bulk%product
     end associate
-  end subroutine keep_yields_of
+  end subroutine keep_products_of
 end module variant_starts

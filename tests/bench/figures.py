@@ -104,7 +104,7 @@ def panel(axes, curves, across, up, title, legend='best'):
                     linewidth=2.2 if name.startswith('mfec AUTO') else 1.2)
     axes.set_xlabel(across)
     axes.set_ylabel(up)
-    axes.set_title(title, fontsize=10)
+    axes.set_title(title, fontsize=9)
     axes.grid(True, which='both', linewidth=0.3)
     if curves and legend:
         axes.legend(fontsize=7, loc=legend, bbox_to_anchor=(1.02, 1) if legend == 'upper left' else None)
@@ -118,21 +118,21 @@ def error(name):
 def draw(folder, found):
     """time_size.png and time_error.png."""
     time = 'processor time [s]'
-    figure, axes = plt.subplots(1, 2, figsize=(10, 4.2))
+    figure, axes = plt.subplots(1, 2, figsize=(8.5, 3.2))
     panel(axes[0], series(found, 'cube', size, cpu), 'degrees of freedom', time,
-          'sliding cube, 22 increments')
+          'sliding cube, 22 increments', None)
     panel(axes[1], series(found, 'cube', size, lambda j, r: r['memory']), 'degrees of freedom',
-          'peak memory [MB]', 'sliding cube')
+          'peak memory [MB]', 'sliding cube', 'upper left')
     save(figure, folder, 'time_size.png')
-    figure, axes = plt.subplots(2, 2, figsize=(12, 8))
+    figure, axes = plt.subplots(2, 2, figsize=(8.5, 6.0))
     panel(axes[0, 0], hertz(found, 'pressure_error'), time,
-          'error of the peak pressure [%]', 'Hertz: peak pressure (parabola) of the computed force', None)
+          'error of the peak pressure [%]', 'Hertz: peak pressure of the computed force', None)
     panel(axes[0, 1], hertz(found, 'force_error'), time,
           'error of the force [%]', 'Hertz: force at given approach', 'upper left')
     panel(axes[1, 0], series(found, 'cantilever', cpu, error('tip_error')), time,
           'error of the tip deflection [%]', 'cantilever, no contact')
     panel(axes[1, 1], series(found, 'cube', cpu, error('T/N_error')), time,
-          'error of T/N on the plateau [%]', 'sliding cube')
+          'error of T/N on the plateau [%]', 'sliding cube', 'upper left')
     save(figure, folder, 'time_error.png')
 
 
@@ -140,5 +140,5 @@ def save(figure, folder, name):
     """Writes a figure without the date, so that equal figures are equal files."""
     figure.tight_layout()
     shown = digest(os.path.join(folder, 'results.csv'))
-    figure.savefig(os.path.join(folder, name), dpi=110, metadata={'Software': None, 'Source': shown})
+    figure.savefig(os.path.join(folder, name), dpi=300, metadata={'Software': None, 'Source': shown})
     plt.close(figure)

@@ -5,6 +5,7 @@ import os
 import time
 
 import bare
+import equal_error
 import figures
 import large
 import large_cubes
@@ -47,6 +48,7 @@ def write(folder, measured):
                     large_cubes.section(os.path.join(inner, 'largest.csv')),
                     scaling_table(found),
                     large.section(os.path.join(inner, 'petsc.csv')),
+                    equal_error.section(os.path.join(inner, 'equal_error.csv')),
                     hertz_table(found), tip_table(found),
                     where_it_goes(measured)])
     with open(os.path.join(folder, 'benchmark.md'), 'w', encoding='utf-8') as stream:

@@ -5,36 +5,8 @@ import os
 
 import h5py
 
-CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-E, PRESSURE = 1000.0, 10.0
-
-
-def block(name, cells, low, high, tilt, kind):
-    """A BLOCk whose joint at z = 1 leans along x."""
-    lines = [f'BLOCk {name}', '  CART {} {} {}  MATErial 1  {}'.format(*cells, kind)]
-    for k, bits in enumerate(CORNERS, 1):
-        x, y, z = ((low, high)[b][axis] for axis, b in enumerate(bits))
-        if z == 1:
-            z += tilt*(x - 0.5)
-        lines.append(f'  {k}  {x} {y} {z!r}')
-    return '\n'.join(lines) + '\n'
-
-
-def two_blocks(form, below, above, tilt, mu, kind):
-    """A column of two blocks with frictionless sides on two planes, pressed from above."""
-    boxes = []  # of the nodes of the joint, which leans: a box for each column of nodes
-    for x in sorted({a/(2*m) for m in (below[0], above[0]) for a in range(2*m + 1)}):
-        z = 1 + tilt*(x - 0.5)
-        boxes.append(f'  BOX {x - 1e-6!r} {x + 1e-6!r} -1 2 {z - 1e-5!r} {z + 1e-5!r}\n')
-    return ('MFEC * * two blocks\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic 1000 0.3\n'
-            + block('low', below, (0, 0, 0), (1, 1, 1), tilt, kind)
-            + block('high', above, (0, 0, 1), (1, 1, 2), tilt, kind)
-            + 'SET floor\n  PLANe 3 0\nSET lid\n  PLANe 3 2\nSET x0\n  PLANe 1 0\nSET y0\n  PLANe 2 0\n'
-            + 'SURFace under FROM joint IN low\nSURFace over FROM joint IN high\nSURFace top FROM lid\n'
-            + 'SET joint\n' + '  OR\n'.join(boxes)
-            + f'CONTact\n  PAIR 1\n    {form}\n    FRICtion COULomb {mu}\n'
-            + 'BOUNdary\n  floor 0 0 1\n  x0 1 0 0\n  y0 0 1 0\n'
-            + f'TRACtion\n  top 0 0 {-PRESSURE}\nOUTPut\n  REACtions floor\nBATCh\n  DT,,1\n  STEP,,1\nEND\n')
+from mortar_decks import E, PRESSURE, in_corner, kinked, lame, on_two, pile, rings, two_blocks
+from rigid_laws import rigid_rows
 
 
 class MortarLaws:
@@ -54,17 +26,80 @@ class MortarLaws:
                 ((3, 2, 1), (4, 3, 1), 0, 0.3, 'TET10'), ((4, 3, 1), (3, 2, 1), 0.3, 0.9, 'TET10')):
             what = f'{kind} {below} under {above}, slope {tilt}'
             text = two_blocks('MORTar over under', below, above, tilt, mu, kind)
-            r = self.run(self.written('mortar_patch', text))
-            with h5py.File(r.base + '.vtkhdf') as file:
-                grid = file['VTKHDF']
-                x, u = grid['Points'][:], grid['PointData/displacement'][-len(grid['Points']):]
-            error = max(abs(u[:, k] - PRESSURE/E*x[:, k]*(0.3, 0.3, -1)[k]).max() for k in range(3))
-            self.near(what + ': displacements', error*E/PRESSURE, 0, 1e-10)
+            r = self.strained('mortar_patch', text, (0.3, 0.3, -1), what)
             c = r.only(1)
             self.near(what + ': force', c['F3'], PRESSURE, 1e-9)
             if tilt == 0:  # nodes on a symmetry plane hand the part along its normal to their supports
                 self.near(what + ': friction', c['Ft'], 0, 1e-9)
             self.near(what + ': no penetration', c['max_penetration'], 0, 1e-12)
+
+    def strained(self, name, text, strains, what):
+        """Runs a deck; its displacements are those of even strains, in units of the pressure over E."""
+        r = self.run(self.written(name, text))
+        with h5py.File(r.base + '.vtkhdf') as file:
+            grid = file['VTKHDF']
+            x, u = grid['Points'][:], grid['PointData/displacement'][-len(grid['Points']):]
+        moves = (x[:, 2] > 1e-9) & (x[:, 0] > 1e-9)  # not those of rigid bodies
+        error = max(abs(u[:, k] - PRESSURE/E*x[:, k]*strains[k])[moves].max() for k in range(3))
+        self.near(what + ': displacements', error*E/PRESSURE, 0, 1e-10)
+        return r
+
+    def test_nodes_in_two_pairs(self):
+        """A node may have multipliers of several pairs: side by side, or across an edge."""
+        for below in ((2, 3), (1, 1), (4, 7)):
+            r = self.strained('mortar_seam', on_two(below), (0, 0, -1), f'a seam, {below} cells below')
+            self.near('force left', r.con[1]['1']['F3'], 0.45*PRESSURE, 1e-9)
+            self.near('force right', r.con[1]['2']['F3'], 0.55*PRESSURE, 1e-9)
+        for kind in ('TET4', 'TET10'):
+            r = self.strained('mortar_corner', in_corner(kind), (-0.5 + 0.3, 0.3*1.5, -1 + 0.3*0.5),
+                              'a corner, ' + kind)
+
+    def test_other_forms_beside_it(self):
+        """A pair with a penalty beside one with multipliers: both carry the pressure, and forces are
+        those of stiff penalties in both."""
+        own = 'MORTar over under'
+        for other in ('GTOS above below', 'GTOS above below 6', 'NTOS above below'):
+            r = self.run(self.written('mortar_beside', pile(own, other, True)))
+            for pair in ('1', '2'):
+                self.near(f'{other}: force of pair {pair}', r.con[1][pair]['F3'], PRESSURE, 1e-9)
+            stiff = other + '\n    PENAlty AUTO 100'
+            r = self.run(self.written('mortar_beside', pile(own, stiff, False)))
+            both = self.run(self.written('stiff_beside', pile('GTOS over under SEGMent\n    PENAlty AUTO 1000', stiff,
+                                                             False)))
+            for step in r.con:
+                for pair in ('1', '2'):
+                    c, wanted = r.con[step][pair], both.con[step][pair]
+                    for k in ('F1', 'F2', 'F3'):
+                        self.near(f'{other}, row {step}: {k} of pair {pair}', c[k]/wanted['F3'],
+                                  wanted[k]/wanted['F3'], 0.002)
+                    self.near(f'{other}, row {step}: {pair} and lid', c['F3'], -r.rea[step]['lid'][2], 1e-9)
+                self.true(f'{other}, row {step}: cone', r.con[step]['2']['Ft'] < 0.3*r.con[step]['2']['Fn']*(1 + 1e-6))
+
+    def test_kinked_joints_are_one(self):
+        """A multiplier a face: an even pressure goes through a joint with kinks."""
+        for form, below, above, ten in (('foot bed', (8, 3, 2), (4, 5, 2), False), ('bed foot', (4, 3, 2), (8, 4, 2), False),
+                                        ('foot bed', (4, 4, 1), (4, 3, 1), True), ('foot bed', (8, 4, 1), (4, 3, 1), True)):
+            self.strained('mortar_kink', kinked('MORTar ' + form, below, above, 0.4, ten), (0.3, 0.3, -1),
+                          f'{form}, {below} under {above}')
+
+    def test_adjusted_joint_is_even(self):
+        """ADJUst moves the slave's nodes onto the master, from above and from below."""
+        text = two_blocks('MORTar over under\n    ADJUst 1e-3', (2, 3, 2), (5, 4, 2), 0, 0.3, 'TET4')
+        text = text.replace('BLOCk high', 'TRANsform\n  1 0 0\n  0 1 0\n  0 0 1\n  0 0 {}\nBLOCk high')
+        for shift in (4e-4, -4e-4):
+            deck = text.replace('{}', repr(shift)).replace('PLANe 3 2', f'PLANe 3 {2 + shift}')
+            r = self.run(self.written('mortar_adjusted', deck.replace('0.99999', '0.999').replace('1.00001', '1.001')))
+            self.near('force', r.only(1)['F3'], PRESSURE, 1e-9)
+            self.near('friction', r.only(1)['Ft'], 0, 1e-9)
+            self.near('no penetration', r.only(1)['max_penetration'], 0, 1e-12)
+
+    def test_shrunk_ring_presses_like_lame(self):
+        """SHRInk takes up the overlap of two rings: Lame's force on half the way and at its end."""
+        for form in ('MORTar foot bed', 'MORTar bed foot'):
+            for cells in ((6, 8), (9, 7)):
+                r = self.run(self.written('mortar_rings', rings(form, cells)))
+                for step in (1, 2):
+                    self.near(f'{form}, {cells} cells: force', r.only(step)['Fn']/lame(), step/2, 0.006*step/2)
 
     def test_joint_slides_by_the_law(self):
         """Forces of both sides cancel, multipliers stay in their cone, steady slip is on it."""
@@ -78,6 +113,30 @@ class MortarLaws:
             self.true(f'row {step}: nodes of the slave at most', c['active'] <= 30)
         self.true('all slip at the end', r.only(6)['slip'] == r.only(6)['active'] > 0)
         self.true('no cut', b' 0 cuts' in r.text('.log'))
+
+    def test_rigid_punch_finds_its_place(self):
+        """A rigid body with a point, free to sink and to turn: its load is carried, its two turns are
+        one by symmetry, and forces are those of a stiff penalty."""
+        found = {}
+        for form in ('MORTar floor skin', 'GTOS floor skin SEGMent\n    PENAlty AUTO 1000'):
+            r = self.run(self.edited('manual/rigid_tool', (r'NTOS sole floor\s+PENAlty 1e4', form)), out=form[:4])
+            found[form[:4]] = [(c['F1'], c['F3']) for c in map(r.only, sorted(r.con))]
+            if form.startswith('MORT'):
+                for step, row in rigid_rows(r).items():
+                    self.near(f'row {step}: the load is carried', r.only(step)['F3'], -5*min(1, step/4), 1e-8)
+                    if step <= 4:
+                        self.near(f'row {step}: equal turns', row['tool']['ROT1'] + row['tool']['ROT2'], 0, 1e-12)
+        for step, (own, other) in enumerate(zip(*found.values()), 1):
+            self.true(f'row {step}: {own}, stiff {other}', max(abs(a - b) for a, b in zip(own, other)) < 0.05)
+
+    def test_friction_decays_with_the_way_of_nodes(self):
+        """DECAy: where all slips, friction is what the way of the nodes has left of it."""
+        r = self.run(self.edited('mortar_blocks', ('ELLIptic 0.3 0.2', 'COULomb 0.3\n    DECAy 0.1 0.1 1e-3'),
+                                 (r'lid  0.004 0 0  2', 'lid  0.016 0 0  2')))
+        shares = [c['Ft']/c['Fn'] for c in map(r.only, sorted(r.con))]
+        self.true(f'less and less friction: {shares}', all(a > b for a, b in zip(shares[2:], shares[3:])))
+        self.near('the kinetic one at the end', shares[-1], 0.1, 5e-4)
+        self.true('all slip at the end', r.only(6)['slip'] == r.only(6)['active'] > 0)
 
     def test_mortar_is_the_limit_of_stiff_penalties(self):
         """GTOS with ever stiffer penalties comes to the forces of MORTar, to a percent of them."""

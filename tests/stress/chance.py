@@ -5,7 +5,7 @@ A scene depends on its seed only, so any one can be run again by its number.
 import math
 import random
 
-from scene import Deck, Body, Scene, clearance, number, rotate
+from scene import Deck, Body, Scene, clearance, number, rotate, with_mortar
 
 # A top that turns takes its block of small strain along; from 18 degrees on that ends a run.
 MOST_TURN = 0.2  # [rad]
@@ -288,4 +288,11 @@ def segmented_scene(seed):
     scene = Maker(seed).scene()
     scene.name, scene.group = f'segm {seed}', 'segm'
     scene.deck.form, scene.deck.points = 'GTOS', 'SEGMent'
+    return scene
+
+
+def mortar_scene(seed):
+    """The same scene with multipliers at nodes."""
+    scene = with_mortar(Maker(seed).scene())
+    scene.name, scene.group = f'mortar {seed}', 'mortar'
     return scene

@@ -8,6 +8,7 @@ import statistics
 import decks
 from outcome import Outcome, friction_faults
 from realistic import FAMILIES, realistic_scene
+from scene import with_mortar
 
 # What a message must say for a scene that has no solution, by the word of the written reason.
 SAYS = {
@@ -33,9 +34,11 @@ class Row:
         self.said = ' / '.join(outcome.run.err.strip().split('\n'))
 
 
-def live(program, seed, folder=None):
-    """Makes, runs and judges the scene of a seed."""
+def live(program, seed, folder=None, mortar=False):
+    """Makes, runs and judges the scene of a seed, or that scene with MORTar."""
     scene = realistic_scene(seed)
+    if mortar:
+        scene = with_mortar(scene)
     text = scene.deck.text()
     if folder:
         os.makedirs(folder, exist_ok=True)
@@ -152,13 +155,13 @@ SHARE_SOLVED = 0.995
 MEDIAN_SOLVES = 4
 
 
-def run_live(program, seeds, jobs, keep, report, verbose=False):
-    """Runs the scenes: one line each, and one test. In a long list a scene with a solution may end
+def run_live(program, seeds, jobs, keep, report, verbose=False, mortar=False):
+    """Runs the scenes, or these with MORTar: one line each, and one test. In a long list a scene with a solution may end
     with exit code 2, but for the share of all of them."""
     long = len(seeds) >= 100
     rows = []
     with concurrent.futures.ProcessPoolExecutor(jobs) as pool:
-        tasks = [pool.submit(live, program, seed, keep) for seed in seeds]
+        tasks = [pool.submit(live, program, seed, keep, mortar) for seed in seeds]
         for seed, task in zip(seeds, tasks):
             row = task.result()
             rows.append(row)

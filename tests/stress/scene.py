@@ -190,7 +190,8 @@ class Deck:
             out.append('CONTact')
             for n, (name, slave, master, lines) in enumerate(self.pairs, 1):
                 out += [f'  PAIR {n} {name}', f'    {self.form} {slave} {master} {self.points}'.rstrip()]
-                out += ['    ' + line for line in lines]
+                out += ['    ' + line for line in lines
+                        if self.form != 'MORTar' or not line.startswith(('PENA', 'AUGM'))]
             out.append('')
         out += ['OUTPut', '  REACtions ' + ' '.join(self.outputs)] if self.outputs else ['OUTPut']
         out += ['  FIELds NONE', '  STATe NONE', '', 'END', 'BATCh']
@@ -246,6 +247,24 @@ class Scene:
         self.factor = factor            # size of the model, for round-off
         self.notes = ''
         self.seconds = seconds          # time limit
+
+
+def with_mortar(scene):
+    """A scene with multipliers at nodes; where the slave does not deform it becomes the master."""
+    deck = scene.deck
+    deck.form, deck.points = 'MORTar', ''
+    rigid = {n for n, material in enumerate(deck.materials, 1) if material == 'RIGId'}
+    still = {n for material, nodes in deck.elements if material in rigid for n in nodes}
+    nodes = {name: {n for t in triangles for n in t} for name, triangles in deck.listed}
+    nodes.update((name, set(deck_nodes)) for name, deck_nodes in deck.sets)
+    nodes.update((name, nodes[own]) for name, own in deck.surfaces)
+    for k, (name, slave, master, lines) in enumerate(deck.pairs):
+        if still.issuperset(nodes[slave]):
+            deck.pairs[k] = (name, master, slave, lines)
+            for _, _, signs, _ in scene.balance:
+                if name in signs:
+                    signs[name] = -signs[name]
+    return scene
 
 
 def rotate(x, y, angle):

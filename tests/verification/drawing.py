@@ -36,10 +36,11 @@ def note_digests(folder, names):
 
 
 def draw(figures, folder):
-    """One file NAME.png for each figure; the names drawn."""
+    """One file NAME.svg for each figure; the names drawn."""
     import matplotlib
     matplotlib.use('Agg')
     from matplotlib import pyplot
+    pyplot.rcParams.update({'svg.fonttype': 'none', 'svg.hashsalt': 'mfec'})
     os.makedirs(folder, exist_ok=True)
     for name, (x_text, y_text, title), curves, logarithmic in figures:
         figure, axes = pyplot.subplots(figsize=(6.0, 4.2))
@@ -52,6 +53,6 @@ def draw(figures, folder):
         axes.grid(True, which='both', linewidth=0.3)
         axes.legend(fontsize=8)
         figure.tight_layout()
-        figure.savefig(os.path.join(folder, name + '.png'), dpi=110)
+        figure.savefig(os.path.join(folder, name + '.svg'), metadata={'Date': None})
         pyplot.close(figure)
     note_digests(folder, [name for name, *_ in figures])

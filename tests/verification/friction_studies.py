@@ -44,7 +44,7 @@ def wedge(bench):
         exact = (tangent + mu)/(1 - mu*tangent)
         found.append((exact, last['R1']/weight))
         bench.compare(f'F/G, {text}', source, exact, last['R1']/weight, 1e-3)
-    bench.picture('wedge', ('(tan a + mu)/(1 - mu tan a)', 'F/G', 'Wedge (NAFEMS CGS-4)'), [
+    bench.picture('wedge_forces', ('(tan a + mu)/(1 - mu tan a)', 'F/G', 'Wedge (NAFEMS CGS-4)'), [
         (bench.form, bench.mark(), *zip(*found)), ('exact', 'k-', (0.0, 1.2), (0.0, 1.2))])
 
 

@@ -2,11 +2,16 @@
 import math
 
 import meshing
+import verifying
 from friction_studies import EXACT, RULES, coefficients
 
 
 LOCAL = ('an elastic disc gives way by another amount at each place of its mesh, so that the tip does not follow the '
          'circle of the pin to better than that; the mean of a revolution is right')
+
+
+ARM = 0.65  # of the slider on the turntable
+RIGID = 'step time set U1 U2 U3 ROT1 ROT2 ROT3 F1 F2 F3 M1 M2 M3'.split()
 
 
 def disc_and_pin(cells, place, elastic=False):
@@ -201,3 +206,73 @@ def turning(bench):
                       worst/abs(rest[-1]['R3']), 1e-10, scale=1.0)
         bench.compare(f'(sliding: T/N at least the smaller mu at some time, {rule})', EXACT, 1.0,
                       float(slipped > 0.999*min(mu)*abs(rest[-1]['R3'])), 0.0)
+
+
+def towed_deck(centre, mu, phi, chords, size=0.004):
+    """A slider of four tips on a rigid arm of length ARM, which turns freely about a point at `centre`, on a
+    table that turns once about its middle; it starts where a slider of isotropic friction stays."""
+    angle, (px, py) = start_of(centre), centre
+    x, y = px + ARM*math.cos(angle), py + ARM*math.sin(angle)
+
+    def block(name, material, cells, low, high, middle):
+        return (f'BLOCk {name}\n  CART {cells} {cells} 1  MATErial {material}  TET4\n' + ''.join(
+            f'  {k} {middle[0] + i!r} {middle[1] + j!r} {z!r}\n' for k, (i, j, z) in enumerate(
+                ((i, j, z) for z in (low[2], high[2]) for i, j in (low[:2], (high[0], low[1]), high[:2], (low[0], high[1]))), 1)) +
+            f'\nSET {name}_face\n  INSIde {name}\n  PLANe 3 0\n\n')
+
+    return ('MFEC * * A slider on a turning table\n\nMATErial 1\n  RIGId\n\nMATErial 2\n  RIGId\n\n' +
+            block('table', 1, 4, (-1, -1, -0.25), (1, 1, 0), (0, 0)) +
+            block('arm', 2, 1, (-size, -size, 0), (size, size, 0.1), (x, y)) +
+            'SURFace track FROM table_face IN table\n\nRIGId table\n  POINt 0 0 0\n  MOVE 0 0 0\n  TURN 0 0 1 360 2\n\n'
+            f'RIGId arm\n  POINt {px!r} {py!r} 0\n  MOVE 0 0 0\n  TURN FREE\n\nFORCe\n  arm_face 0 0 -0.25 1\n\n' +
+            table(1, (0, 1), (0, 1)) + table(2, (1, 2), (0, 1)) +
+            tail(f'MATErial ANGLe {phi!r} 1 0 0', 'ASSOciated', f'  DT,,1\n  STEP,,1\n  DT,,1/{chords}\n  STEP,,{chords}\n',
+                 1e5, mu).replace('pin', 'arm_face').replace('tip', 'arm_face'))
+
+
+def start_of(centre):
+    """Direction of the arm that is square to the radius of its slider."""
+    return math.atan2(centre[1], centre[0]) + math.asin(ARM/math.hypot(*centre)) + math.pi/2
+
+
+def towed(centre, mu, phi, turn, steps):
+    """Directions of the arm over a turn of the table: friction along the arm, slip by the associated rule
+    (doc/theory, eq. (4.4), m = 2), so that v ~ (f1/mu1^2, f2/mu2^2) along and across the lay. Runge-Kutta."""
+    def rate(psi, omega):
+        e, lay = (math.cos(psi), math.sin(psi)), (math.cos(phi + omega), math.sin(phi + omega))
+        along, across = e[0]*lay[0] + e[1]*lay[1], e[1]*lay[0] - e[0]*lay[1]
+        along, across = along/mu[0]**2, across/mu[1]**2
+        v = (along*lay[0] - across*lay[1], along*lay[1] + across*lay[0])
+        x, y = centre[0] + ARM*e[0], centre[1] + ARM*e[1]
+        # a psi' e_perp - (-y, x) is parallel to v.
+        return (-y*v[1] - x*v[0])/(ARM*(-e[1]*v[1] - e[0]*v[0]))
+
+    found, step = [start_of(centre)], turn/steps
+    for k in range(steps):
+        psi, omega = found[-1], k*step
+        k1 = rate(psi, omega)
+        k2 = rate(psi + step/2*k1, omega + step/2)
+        k3 = rate(psi + step/2*k2, omega + step/2)
+        k4 = rate(psi + step*k3, omega + step)
+        found.append(psi + step/6*(k1 + 2*k2 + 2*k3 + k4))
+    return found
+
+
+def turntable(bench):
+    """A slider that is towed over an orthotropic table, after Tapia, Le Tourneau and Geminard 2016."""
+    mu, phi = (0.3, 0.15), bench.draw('phi', -90.0, 90.0)
+    centre, finest, curves = (1.0, 0.0), 2880, []
+    exact = towed(centre, mu, math.radians(phi), 2*math.pi, finest)
+    swing = max(exact) - min(exact)
+    for chords in (90, 360) if bench.reduced else (90, 360, 1440):
+        tables = bench.run_text('turntable', towed_deck(centre, mu, phi, chords))
+        arm = [row for row in verifying.read_table(tables.base + '.rig', RIGID) if row['set'] == 'arm'][1:]
+        found = [exact[0] + row['ROT3'] for row in arm]
+        wanted = exact[finest//chords::finest//chords]
+        worst = max((abs(a - b) for a, b in zip(found, wanted)))
+        bench.compare('direction of the arm over its swing, worst of a revolution', 'exact (Runge-Kutta)', 0.0, worst,
+                      0.01, scale=swing, known=0.1, mesh=f'{chords} increments a turn')
+        curves.append((f'mfec, {chords} increments', '-', [360*(k + 1)/chords for k in range(chords)],
+                       [math.degrees(a - exact[0]) for a in found]))
+    bench.picture('turntable_arm', ('turn of the table [degrees]', 'turn of the arm [degrees]', 'A slider towed over a turning table'),
+                  curves + [('exact', 'k:', [360*k/finest for k in range(finest + 1)], [math.degrees(a - exact[0]) for a in exact])])

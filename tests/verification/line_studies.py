@@ -251,7 +251,6 @@ def partial_slip(bench):
     young, nu = bench.draw('E', 500.0, 50000.0), bench.draw('nu', 0.1, 0.4)
     mu, coarser = bench.draw('mu', 0.1, 0.5), bench.draw('master over slave', 1.1, 1.35)
     force = a*a*math.pi*young/(4*(1 - nu**2)*radius)
-    curves = []
     for nodes, form in ((4, 'NTOS'), (4, 'GTOS'), (4, 'GTOS SEGMent'), (10, 'GTOS'), (10, 'GTOS SEGMent')):
         sizes = [size for kind, size in KNOWN if kind == nodes]
         sizes = sizes[1:2] if bench.reduced else sizes
@@ -270,11 +269,6 @@ def partial_slip(bench):
         orders = [half_spaces.rates([1/size for size in sizes], [w[k] for w in worst]) for k in range(3)]
         bench.remark(f'{form}, {nodes} nodes, orders of ' + '; '.join(
             f'{what} ' + ', '.join(f'{rate:.1f}' for rate in rates) for what, rates in zip(WHAT, orders)))
-        curves.append((f'{form}, {nodes} nodes: shear', 'o-' if nodes == 4 else 's--',
-                       [1/size for size in sizes], [w[1] for w in worst]))
-    if curves:
-        bench.picture('line_contact', ('facet size / half-width of contact', 'relative error',
-                                       'Partial slip of a line contact'), curves, True)
 
 
 class Punch:

@@ -1,5 +1,6 @@
 """Contact benchmarks of NAFEMS R0094 (Konter 2006) that are bodies of their own here: the punch with
-rounded edges (no. 2). The roller (no. 1) is in roller_studies, the wedge CGS-4 in friction_studies."""
+rounded edges (no. 2) and the loaded pin (no. 4). The roller (no. 1) is in roller_studies, the wedge CGS-4
+in friction_studies."""
 import math
 
 import meshing
@@ -11,14 +12,17 @@ import unstructured
 FINE = -0.13289744810653
 COARSE = {0.0: -0.13073, 0.1: -0.12858}
 SOURCE = 'code (Code_Aster V6.01.122)'
+# The same of the bore under the load, and the stress there: EDF's manual V6.03.156, model B (contact at points of
+# Gauss). Model A (contact at nodes) has 0.71799091025213 and -136.67357, coarser by 2.5 %.
+PIN, PIN_STRESS = 0.736165779271, -160.40113477117
+PIN_SOURCE = 'code (Code_Aster V6.03.156)'
 
 
-def graded(occ, cell):
-    """Cells of a size around the edge of the contact (r = 42), growing away from it, at most 25."""
+def graded(occ, cell, away='Sqrt((Sqrt(x*x+y*y)-42)^2+z*z)'):
+    """Cells of a size around the edge of the contact (of the punch: r = 42), growing away from it, at most 25."""
     import gmsh
     occ.synchronize()
     field = gmsh.model.mesh.field.add('MathEval')
-    away = 'Sqrt((Sqrt(x*x+y*y)-42)^2+z*z)'
     size = f'{cell!r}+0.22*0.5*({away}-6+Fabs({away}-6))'
     gmsh.model.mesh.field.setString(field, 'F', f'0.5*({size}+25-Fabs({size}-25))')
     gmsh.model.mesh.field.setAsBackgroundMesh(field)
@@ -116,3 +120,72 @@ def rounded_punch(bench):
                   [(f'Code_Aster, {name}', style, (0.0, 8.0), (value, value)) for name, style, value in (
                       ('eight-node rings, mu = 0', 'k-', FINE), ('four-node rings, mu = 0', 'k--', COARSE[0.0]),
                       ('four-node rings, mu = 0.1', 'k:', COARSE[0.1]))])
+
+
+def half_pin(cell):
+    """Half of the pin R 50 (y > 0), a slice as thick as a cell, with an edge along its axis."""
+    def build(occ):
+        quarters = [(3, occ.addCylinder(0, 0, 0, 0, 0, cell, 50, angle=math.pi/2)) for _ in range(2)]
+        occ.rotate(quarters[1:], 0, 0, 0, 0, 0, 1, math.pi/2)
+        occ.fragment(quarters[:1], quarters[1:])
+        graded(occ, cell, 'Fabs(Sqrt(x*x+y*y)-50)')
+    return unstructured.meshed(build, cell)
+
+
+def half_sheet(cell):
+    """Half of the sheet: 200 from its held end to the bore R 50, as wide, its free end round."""
+    def build(occ):
+        whole = occ.fuse([(3, occ.addBox(-200, 0, 0, 200, 100, cell))],
+                         [(3, occ.addCylinder(0, 0, 0, 0, 0, cell, 100, angle=math.pi/2))])[0]
+        occ.cut(whole, [(3, occ.addCylinder(0, 0, 0, 0, 0, cell, 50, angle=math.pi))])
+        graded(occ, cell, 'Fabs(Sqrt(x*x+y*y)-50)')
+    return unstructured.meshed(build, cell)
+
+
+def on_arc(p, q):
+    """The middle of an edge, on the circle about z that both ends lie on."""
+    x, y, z = ((a + b)/2 for a, b in zip(p, q))
+    ends = [math.hypot(*v[:2]) for v in (p, q)]
+    if abs(ends[0] - ends[1]) < 1e-6 and min(abs(ends[0] - r) for r in (50, 100)) < 1e-6 and p[0] + q[0] > -99:
+        return x*ends[0]/math.hypot(x, y), y*ends[0]/math.hypot(x, y), z
+    return x, y, z
+
+
+def pin_deck(mesh, sheet, cell):
+    """Plane strain; 10 kN for each mm of thickness on the axis of half the pin."""
+    of_sheet, of_pin = ({n for e in part for n in e[1:]} for part in (mesh.elements[:sheet], mesh.elements[sheet:]))
+    codes, axis = {}, [n for n in of_pin if math.hypot(*mesh.nodes[n - 1][:2]) < 1e-9]
+    for n, x in enumerate(mesh.nodes, 1):
+        codes[n] = (1, 1, 1) if x[0] < -199.999 else (0, int(abs(x[1]) < 1e-9), 1)
+    round_ = [{n for n in nodes if abs(math.hypot(*mesh.nodes[n - 1][:2]) - 50) < 1e-6} for nodes in (of_pin, of_sheet)]
+    shares = {n: 1/6 if min(abs(mesh.nodes[n - 1][2] - z) for z in (0, cell)) < 1e-9 else 2/3 for n in axis}
+    scale = 10000.0*cell/sum(shares.values())
+    law = 'MATErial {}\n  SOLId SVK\n  ELAStic ISOTropic {!r} 0.3\n\n'
+    return ('MFEC * * NAFEMS R0094, no. 4\n\n' + law.format(1, 70000.0) + law.format(2, 210000.0) +
+            quadratic.records(mesh) + meshing.node_set('pin', sorted(round_[0])) + meshing.node_set('bore', sorted(round_[1])) +
+            'SURFace slave FROM pin\nSURFace master FROM bore\n\n' + meshing.vectors('BOUNdary', codes) +
+            meshing.vectors('FORCe', {n: (scale*share, 0.0, 0.0) for n, share in shares.items()}) +
+            'PROPortional 1\n  0 0\n  1 1\n\nCONTact\n  PAIR 1 pin\n    GTOS slave master 6\n    FRICtion COULomb 0.1\n'
+            '\nOUTPut\n  FIELds displacement stress contact\n  STATe NONE\n\nEND\nBATCh\n  DT,,0.125\n  STEP,,8\nEND\nSTOP\n')
+
+
+def loaded_pin(bench):
+    """Displacement and stress of the bore under the load, over three meshes."""
+    cells, moved = (12.0,) if bench.reduced else (12.0, 8.0, 5.0), []
+    for cell in cells:
+        sheet, pin = half_sheet(cell), half_pin(cell)
+        mesh = meshing.Mesh()
+        for material, body in enumerate((sheet, pin), 1):
+            first = len(mesh.nodes)
+            mesh.nodes += body.nodes
+            mesh.elements += [(material, *(n + first for n in e)) for e in body.elements]
+        mesh = quadratic.ten_nodes(mesh, on_arc)
+        under = min((math.dist(x, (50, 0, 0)), n) for n, x in enumerate(mesh.nodes, 1) if n <= len(sheet.nodes))[1]
+        with bench.run_text('pin', pin_deck(mesh, len(sheet.elements), cell)).results() as file:
+            moved.append(float(file['VTKHDF/PointData/displacement'][-len(mesh.nodes):][under - 1, 0]))
+            stress = float(file['VTKHDF/PointData/nodal_stress'][-len(mesh.nodes):][under - 1, 0])
+        where = f'cells of {cell:.0f} mm'
+        bench.compare('displacement of the bore under the load', PIN_SOURCE, PIN, moved[-1], 0.002, form='GTOS 6', mesh=where)
+        bench.compare('stress of the bore under the load', PIN_SOURCE, PIN_STRESS, stress, 0.02, form='GTOS 6', mesh=where)
+    bench.picture('nafems_pin', ('cells at the bore [mm]', 'displacement of the bore [mm]', 'Loaded pin (NAFEMS R0094, no. 4)'),
+                  [('mfec', 'o-', cells, moved), ('Code_Aster, model B', 'k-', (0.0, 12.0), (PIN, PIN))])

@@ -159,7 +159,7 @@ def membrane(bench):
         found = bench.run_text('membrane', text).displacements()[-1]
         tip = mesh.where(lambda x, y, z: x == 48.0 and abs(y - 60.0) < 1e-9 and z == 0.0)[0]
         name = 'neo-Hooke' if law == 'NEOHookean' else 'linear'
-        bench.compare(f'way of the tip, {name}, nu = {nu}, n = {n}, force {force:g}', OWN, wanted, found[tip][1], 0.01)
+        bench.compare(f'displacement of the tip, {name}, nu = {nu}, n = {n}, force {force:g}', OWN, wanted, found[tip][1], 0.01)
 
 
 def blown_sphere(bench):
@@ -189,7 +189,7 @@ def blown_sphere(bench):
     for radius, name, wanted in zip((1.0, 2.0), ('inside', 'outside'), way[pressure]):
         ways = [sum(a*b for a, b in zip(found[m], x))/radius for m, x in enumerate(mesh.nodes, 1)
                 if abs(math.hypot(*x) - radius) < near]
-        bench.compare(f'mean way {name}, p = {pressure:g}', 'exact (radial equation)', wanted,
+        bench.compare(f'mean displacement {name}, p = {pressure:g}', 'exact (radial equation)', wanted,
                       sum(ways)/len(ways), 0.005)
         spread = max(abs(w/wanted - 1) for w in ways)
         bench.remark(f'{len(mesh.nodes)} nodes, {name}: the farthest node is off by {100*spread:.2f} %')

@@ -150,7 +150,7 @@ def carter(bench):
         return body, bench.run_text('rolling', deck(body, wanted, nu, young, form, motion))
     body, tables = rolled(6, 4, 'GTOS', False)
     reach = found_reach(body, tables.contact('line')[-1], wanted, share, reach, nu, young)
-    curves, profiles = [], []
+    profiles = []
     for nodes, form in ((4, 'NTOS'), (4, 'GTOS'), (4, 'GTOS SEGMent'), (10, 'GTOS'), (10, 'GTOS SEGMent')):
         sizes, errors = [size for kind, size in KNOWN if kind == nodes], []
         for size in sizes[1:2] if bench.reduced else sizes:
@@ -166,14 +166,10 @@ def carter(bench):
             f'{rate:.1f}' for rate in half_spaces.rates([1/size for size in sizes], column))
             for what, column in zip(WHAT, zip(*errors))))
         label, mark = f'{form}, {nodes} nodes', 'o' if nodes == 4 else 's'
-        curves.append((label, mark + ('-' if nodes == 4 else '--'), [1/size for size in sizes],
-                       [e[1] for e in errors]))
         if form == 'GTOS SEGMent':
             profiles.append((f'{label}, {size} facets in a', mark, *zip(*curve)))
-    if curves:
+    if profiles:
         line = [k/100 - 1 for k in range(201)]
         q = wanted.traction(share)
-        bench.picture('rolling_convergence', ('facet size / half-width of contact', 'relative error of q(x)',
-                                              "Carter's rolling"), curves, True)
-        bench.picture('rolling', ('x/a, rolling to the right', 'q/(mu p0)', "Carter's rolling"), profiles + [
+        bench.picture('rolling_traction', ('x/a, rolling to the right', 'q/(mu p0)', "Carter's rolling"), profiles + [
             ('Carter', 'k-', line, [q(x*wanted.a)/(mu*wanted.top) for x in line])])

@@ -434,7 +434,7 @@ def lubkin(bench):
         for size in known if form in ('NTOS', 'GTOS') else (0.15 if form == 'GTOS +AUGM' else 0.1,):
             run = lubkin_rows(bench, size, form, known[size])
         profile.append((form, style, [row[0] for row in run.rows], [row[2] for row in run.rows]))
-    bench.picture('lubkin', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [
+    bench.picture('lubkin_moment', ('beta G/(mu p0)', 'M/(mu F a)', 'Sphere in torsion'), profile + [
         ('Lubkin', 'k*', Lubkin.twists, Lubkin.moments)])
     bench.remark(f'{run.nodes} nodes at 0.1 a; beta is the rotation of one of two equal spheres. The '
                  'computed force moves the twist (in brackets): the published moment is carried there '

@@ -38,14 +38,14 @@ def landing(bench):
     forms = ('NTOS', 'GTOS', 'GTOS SEGMent', 'NTOS +AUGM', 'GTOS +AUGM', 'GTOS SEGMent +AUGM',
              'NTOS +SMOO', 'GTOS +SMOO')
     for slope, low, high in (('gentle', 20, 35), ('middle', 40, 50), ('steep', 55, 65)):
-        angle = bench.draw(f'{slope} way from the vertical [degree]', low, high)
+        angle = bench.draw(f'{slope} path from the vertical [degree]', low, high)
         for form in forms:
             exact = landed(bench, form, 11, angle=angle)
             worst = [max((landed(bench, form, n, angle=angle)[0] for n in steps),
                          key=lambda x, e=exact[0]: abs(x - e)) for steps in ((1, 2, 3, 4, 7), (22,))]
-            bench.compare(f'F_T/F_N, {slope} way, 1 to 7 increments', 'increment to the touch',
+            bench.compare(f'F_T/F_N, {slope} path, 1 to 7 increments', 'increment to the touch',
                           exact[0], worst[0], 1e-6, form=form)
-            bench.compare(f'F_T/F_N, {slope} way, 22 increments', 'increment to the touch',
+            bench.compare(f'F_T/F_N, {slope} path, 22 increments', 'increment to the touch',
                           exact[0], worst[1], 1e-6, form=form)
     modulus = bench.draw('modulus of the elastic base', 300, 1000)
     for form in forms:

@@ -43,9 +43,9 @@ contains
 
   !> Keeps what the coordinates of a data set are rounded by; generated nodes lie between others,
   !! and are off by no more than these.
-  subroutine keep_roundings(set, rough, mesh)
+  subroutine keep_roundings(set, rounding, mesh)
     type(data_set_t), intent(in) :: set !! the data set
-    real(wp), intent(in) :: rough(:, :) !! (3, records) [length]
+    real(wp), intent(in) :: rounding(:, :) !! (3, records) [length]
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer :: i, n, node, previous, step
 
@@ -58,11 +58,11 @@ contains
         if (step /= 0) then
           step = sign(min(abs(step), abs(node - previous) + 1), node - previous)
           do n = previous + step, node - sign(1, step), step
-            call set_roundings(mesh, n, max(rough(:, i - 1), rough(:, i)))
+            call set_roundings(mesh, n, max(rounding(:, i - 1), rounding(:, i)))
           end do
         end if
       end if
-      call set_roundings(mesh, node, rough(:, i))
+      call set_roundings(mesh, node, rounding(:, i))
       previous = node
     end do
   end subroutine keep_roundings

@@ -126,7 +126,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     logical, intent(out) :: good !! there is room
     type(error_t), allocatable :: error
-    real(wp), allocatable :: rough(:, :)
+    real(wp), allocatable :: rounding(:, :)
     integer :: n, e, c, k, nodes, elements, nodes_of(most_nodes)
     real(wp) :: apart
     logical :: twice
@@ -142,13 +142,13 @@ contains
       return
     end if
     n = nodes
-    rough = roundings(file%x(:, :file%nodes))
+    rounding = roundings(file%x(:, :file%nodes))
     do c = 1, file%nodes
       if (place%node(c) < 1) cycle
       n = n + 1
       place%node(c) = n
       call place_node(mesh, n, file%x(:, c), apart)
-      call set_roundings(mesh, n, rough(:, c))
+      call set_roundings(mesh, n, rounding(:, c))
     end do
     e = elements
     do c = 1, file%cells

@@ -42,7 +42,7 @@ contains
   end subroutine judge_penalty
 
   !> Energy of the penalties of a pair at closed points whose nodes are not all prescribed or those
-  !! of rigid bodies: elsewhere no element yields, and a penalty is what the deck says. Of AUGMent
+  !! of rigid bodies: elsewhere no element deforms, and a penalty is what the deck says. Of AUGMent
   !! it is the work of normal forces in gaps: these are on both sides of zero, and the work of
   !! multipliers adds up to nothing.
   real(wp) function energy_of_pair(model, system, k, point_state) result(energy)

@@ -12,7 +12,7 @@ module bulk_factors
   use system_types, only: system_t
   implicit none
   private
-  public :: condense_bulk, condense_at_rest, renew_factors
+  public :: condense_bulk, condense_at, condense_at_rest, renew_factors
 
   !> Each tangent in a row that is not positive definite makes it four times as long until the next
   !! one is tried, up to so many doublings.
@@ -47,7 +47,8 @@ contains
     call condense_at(system, 0.0_wp*system%u, wanted .or. deformed, outcome)
   end subroutine condense_at_rest
 
-  !> Condenses the bodies as they are at a state; the tangent at hand is left alone.
+  !> Condenses the bodies as they are at a state; the tangent at hand is left alone, unless factors
+  !! answer by themselves.
   subroutine condense_at(system, u, wanted, outcome)
     type(system_t), intent(inout) :: system !! gets the bodies of condensed
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
@@ -55,12 +56,13 @@ contains
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
 
-    allocate (values, source=system%whole%bulk_matrix%val)
+    if (.not. system%condensed%exact) values = system%whole%bulk_matrix%val
     call form_solid_tangent(system%condensed%rigid%x, u, system)
     call condense_all(system, wanted, outcome)
-    call move_alloc(values, system%whole%bulk_matrix%val)
+    if (allocated(values)) call move_alloc(values, system%whole%bulk_matrix%val)
     call mark_turns(system%condensed%rigid%x, u, system%condensed, system%body)
-    if (outcome == solver_done) call finish_factors(system%condensed, system%costs)
+    if (outcome == solver_done .and. .not. system%condensed%exact) call finish_factors( &
+      system%condensed, system%costs)
   end subroutine condense_at
 
   !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it

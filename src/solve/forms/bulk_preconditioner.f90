@@ -76,7 +76,7 @@ contains
     system%condensed%norm_before = norm2(system%right)
   end subroutine find_bulk_direction
 
-  !> GMRES with a new factor of contact; a single pass where bodies are grounded or dragged: what
+  !> GMRES with a new factor of contact; a single pass where bodies are regularised or damped: what
   !! holds them stands in the factor and not in the true tangent.
   subroutine iterate_anew(system, x, goal, arrived, outcome)
     type(system_t), intent(inout) :: system !! element matrices, right; gets solution
@@ -89,7 +89,7 @@ contains
     call factorise_tangent(system, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system%contact, system%condensed)
-    if (any(system%body%grounded) .or. system%body%damping > 0.0_wp) then
+    if (any(system%body%regularised) .or. system%body%damping > 0.0_wp) then
       call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
         arrived)
     else

@@ -1,5 +1,5 @@
-!> What the compliance of a body that contact alone holds owes to its pins: rigid motions, which are
-!! unknowns by themselves (doc/theory, "Condensed floating bodies", eqs. (12.13), (12.14)).
+!> What the compliance of a body that contact alone holds owes to its fixings: rigid motions, which
+!! are unknowns by themselves (doc/theory, "Condensed floating bodies", eqs. (12.13), (12.14)).
 module carried_motions
   use kinds, only: wp, sp
   use lapack_interface, only: dgelss, dsymv, dgemv, ssymv
@@ -12,7 +12,7 @@ module carried_motions
 contains
 
   !> What of the compliance is rigid motion of the bodies: C = C' + R X^T + X R^T, where C' neither
-  !! feels forces that balance on the motions R nor moves along these. The springs that pin a
+  !! feels forces that balance on the motions R nor moves along these. The springs that fix a
   !! body carry forces from one end of it to the other; with C' the blocks know nothing of them.
   subroutine part_motions(condensed)
     type(condensed_t), intent(inout) :: condensed !! live compliances, motions; gets near

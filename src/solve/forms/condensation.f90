@@ -6,14 +6,16 @@ module condensation
   use memory, only: memory_left
   use costs, only: cost_t, begin_cost, end_cost, count_cost, cost_compliance
   use product_inverse, only: invert_product
-  use block_matrix, only: block_matrix_t
+  use lapack_interface, only: dgetrf, dgetrs
+  use block_matrix, only: block_matrix_t, find_block
   use ordered_blocks, only: ordered_blocks_t
-  use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory
+  use back_ends, only: solver_done, solver_failed, solver_not_definite, solver_out_of_memory, &
+    solver_singular
   use cholmod_solver, only: trailing_block, drop_trailing_block, factor_work
   use elimination_order, only: order_equations
   use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, &
     shrink_factor
-  use rough_factor, only: factorise_roughly
+  use coarse_factor, only: factorise_coarsely
   use double_factor, only: factorise_lower
   use condensed_types, only: condensed_body_t, near_compliance_t, tree_t
   use tree_compliance, only: may_pay, pays, form_tree, tree_bytes
@@ -21,7 +23,7 @@ module condensation
   private
   public :: condense_body, prepare_body, factorise_body, form_compliance, &
     solve_body, spread_body, push_body, reduce_body, complete_body, halve_body, shrink_body, &
-    body_work, needed_bytes, is_worth_sharing, drop_live, free_body
+    body_work, needed_bytes, is_worth_sharing, take_shift_out, drop_live, free_body
 
   !> Share of an answer of the factor that its values in single precision may change.
   real(wp), parameter :: near_enough = 1.0e-3_wp
@@ -69,7 +71,7 @@ contains
       if (.not. body%tree%used) call order_equations(blocks, equation, queue, body, &
         matrix%equation, costs, outcome)
     end if
-    if (outcome == solver_done) call add_pins(body, matrix)
+    if (outcome == solver_done) call add_fixings(body, matrix)
   end subroutine prepare_body
 
   !> The factor of a body that has been prepared; its matrix goes. One that only precedes an
@@ -91,26 +93,27 @@ contains
     matrix%direction => body%direction
     done = precedes
     if (.not. body%tree%used) allocate (body%trailing(body%m, body%m))
-    if (precedes) call factorise_roughly(body%solver, matrix, near_enough, body%trailing, costs, &
+    if (precedes) call factorise_coarsely(body%solver, matrix, near_enough, body%trailing, costs, &
       done)
     outcome = solver_done
     if (.not. done) call factorise_lower(body%solver, matrix, costs, outcome, shared_from)
     matrix = ordered_blocks_t()
   end subroutine factorise_body
 
-  !> Springs at the pins, as stiff as the body is there. Under balanced forces they carry nothing,
-  !! so that displacements with them are exact but for a rigid motion (doc/theory, "Condensed
-  !! floating bodies").
-  pure subroutine add_pins(body, matrix)
-    type(condensed_body_t), intent(in) :: body !! its pins
+  !> Springs at the fixings, as stiff as the body is there. Under balanced forces they carry
+  !! nothing, so that displacements with them are exact but for a rigid motion (doc/theory,
+  !! "Condensed floating bodies").
+  pure subroutine add_fixings(body, matrix)
+    type(condensed_body_t), intent(in) :: body !! its fixings
     type(ordered_blocks_t), intent(inout) :: matrix !! ordered; gets the springs
-    integer :: pin
+    integer :: fixing
 
     matrix%doubled = spread(.false., 1, size(body%node))
-    do pin = 1, body%motions%n
-      matrix%doubled(matrix%equation(body%pin_direction(pin), body%pin_node(pin))) = .true.
+    do fixing = 1, body%motions%n
+      matrix%doubled(matrix%equation(body%fixing_direction(fixing), body%fixing_node(fixing))) &
+        = .true.
     end do
-  end subroutine add_pins
+  end subroutine add_fixings
 
   !> Memory that the factor and the compliance of a body will take [byte].
   real(wp) function needed_bytes(body) result(bytes)
@@ -155,6 +158,36 @@ contains
     body%softness = sum(body%diagonal)/real(body%m, wp)
     if (info /= 0) outcome = solver_failed
   end subroutine form_compliance
+
+  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20). Pins
+  !! stay: they are springs that the motions of the body know of.
+  subroutine take_shift_out(blocks, body, outcome)
+    type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
+    type(condensed_body_t), intent(inout) :: body !! compliance with springs given; without them
+    integer, intent(out) :: outcome !! done or singular
+    real(wp), allocatable :: matrix(:, :)
+    integer :: i, j, info, pivot(body%m)
+
+    outcome = solver_done
+    if (body%m == 0) return
+    allocate (matrix(body%m, body%m))
+    do i = 1, body%m
+      body%compliance(i, i + 1:) = body%compliance(i + 1:, i)
+    end do
+    do j = 1, body%m
+      associate (node => body%node(body%equation(j)), k => body%direction(body%equation(j)))
+        matrix(:, j) = 0.0_wp
+        if (.not. any(body%fixing_node == node .and. body%fixing_direction == k)) matrix(:, j) = &
+          -body%compliance(:, j)*blocks%val(k, k, find_block(blocks, node, node))
+        matrix(j, j) = matrix(j, j) + 1.0_wp
+      end associate
+    end do
+    call dgetrf(body%m, body%m, matrix, body%m, pivot, info)
+    if (info /= 0) outcome = solver_singular
+    if (info == 0) call dgetrs('N', body%m, body%m, matrix, body%m, pivot, body%compliance, &
+      body%m, info)
+    body%diagonal = [(abs(body%compliance(i, i)), i=1, body%m)]
+  end subroutine take_shift_out
 
   !> Forgets the compliance of the live candidates.
   subroutine drop_live(body)
@@ -291,7 +324,7 @@ contains
 
   !> The factor of a body of which displacements inside are seldom asked for is kept in single
   !! precision. The squares of a row of a factor make the entry of the matrix on the diagonal; with
-  !! springs at pins that is up to twice what it is without.
+  !! springs at fixings that is up to twice what it is without.
   subroutine shrink_body(body, stiffest)
     type(condensed_body_t), intent(inout) :: body !! condensed
     real(wp), intent(in) :: stiffest !! largest entry of the stiffness of all bodies [force/length]

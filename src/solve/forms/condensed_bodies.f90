@@ -12,9 +12,9 @@ module condensed_bodies
   use back_ends, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: factor_work
   use condensed_types, only: condensed_t, body_sums_t
-  use condensed_motions, only: pin_body, push_bodies, place_modes
+  use condensed_motions, only: fix_body, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
-    drop_live, free_body, is_worth_sharing, needed_bytes
+    take_shift_out, drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
   use system_types, only: system_t
   implicit none
@@ -101,13 +101,15 @@ contains
     call number_equations(system, b, equation)
     ready = any(equation /= 0)
     if (.not. ready) return
-    call pin_body(system, b)
+    call fix_body(system, b)
     queue = 0
     do i = 1, size(queue)
       if (system%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
     end do
     call prepare_body(system%whole%bulk_matrix, equation, queue, &
       system%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
+    if (outcome == solver_done .and. is_shifted(system%condensed)) &
+      matrix%doubled(system%condensed%bodies(b)%equation) = .true.
     if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
     !$omp atomic capture
     promised = promised + needed
@@ -221,11 +223,13 @@ contains
 
     from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
     call factorise_body(system%whole%bulk_matrix, matrix, system%condensed%bodies(b), &
-      .not. system%bulk%linear, costs, outcome, from)
+      .not. (system%bulk%linear .or. system%condensed%exact), costs, outcome, from)
     if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
       outcome)
     if (outcome == solver_done) call form_compliance(system%condensed%rigid%x, &
       system%condensed%bodies(b), costs, outcome, from)
+    if (outcome == solver_done .and. is_shifted(system%condensed)) call take_shift_out( &
+      system%whole%bulk_matrix, system%condensed%bodies(b), outcome)
     if (outcome == solver_done .and. little) then
       call form_shares(model, system, b, from < 1.0_wp, costs)
       large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
@@ -233,6 +237,14 @@ contains
         call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
+
+  !> A tangent that must answer by itself was not positive definite: springs on the candidates make
+  !! it so, and are taken out of the compliance.
+  pure logical function is_shifted(condensed) result(shifted)
+    type(condensed_t), intent(in) :: condensed !! refusals
+
+    shifted = condensed%exact .and. condensed%refusals > 0
+  end function is_shifted
 
   !> Displacements inside will seldom be asked for: sums do at most end times, as they do not where
   !! contact may press on a support.
@@ -335,7 +347,7 @@ contains
         end do
       end associate
     end do
-    if (allocated(condensed%bulk%yielded_to)) deallocate (condensed%bulk%yielded_to)
+    if (allocated(condensed%bulk%product_of)) deallocate (condensed%bulk%product_of)
     condensed%outer%loaded = spread(0.0_wp, 1, condensed%n)
     condensed%bulk%force = condensed%outer%loaded
     condensed%bulk%force_change = condensed%outer%loaded

@@ -5,7 +5,7 @@ module condensed_border
   use lapack_interface, only: dgetrf, dgetrs, dgesvd
   use condensed_types, only: condensed_t
   use rigid_border, only: motion_of, turning_of, hold_of
-  use ground_release, only: unresisted
+  use spring_release, only: unresisted
   use system_types, only: system_t
   implicit none
   private
@@ -86,7 +86,7 @@ contains
     end associate
   end subroutine add_element
 
-  !> Factorises what the answers to the unknowns leave of the corner. Grounding holds what contact
+  !> Factorises what the answers to the unknowns leave of the corner. Soft springs hold what contact
   !! hardly resists, and nothing else (doc/theory, "Condensed floating bodies").
   subroutine factorise_points(system, done)
     type(system_t), intent(inout) :: system !! points with their answers; get the factor

@@ -11,7 +11,7 @@ module condensed_direction
   use tree_compliance, only: has_trees
   use contact_answer, only: answer, answer_points, most_vectors, inner_accuracy
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest
-  use condensed_ground, only: stay_in_place
+  use condensed_springs, only: stay_in_place
   use rigid_bodies, only: spread_rigid
   use system_types, only: system_t
   implicit none
@@ -192,14 +192,14 @@ contains
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
   !! element has changed its status; none, where blocks are cheaply formed anew. Damping or
-  !! grounding in it would hold the bodies for as long as it serves.
+  !! soft springs in it would hold the bodies for as long as it serves.
   pure logical function is_worth_trying(system) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
     integer :: most
 
     worth = allocated(system%condensed%tangent%status)
     if (.not. worth) return
-    worth = system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)
+    worth = system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
     if (system%condensed%rigid%modes > 0) worth = worth .and. &
       .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
@@ -268,7 +268,7 @@ contains
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
       allocate (b(condensed%alive%n_live), source=0.0_wp)
-      call yield_to_residual(condensed, b)
+      call product_with_residual(condensed, b)
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
     end associate
@@ -277,7 +277,7 @@ contains
   end subroutine respond
 
   !> C times the residual of the live candidates, unless it is that of the last time.
-  subroutine yield_to_residual(condensed, y)
+  subroutine product_with_residual(condensed, y)
     type(condensed_t), intent(inout) :: condensed !! live compliances, right; keeps the product
     real(wp), intent(inout) :: y(:) !! (n_live) gets the product [length]
     logical :: known
@@ -287,14 +287,14 @@ contains
       if (known) known = size(alive%pushed) == size(alive%right)
       if (known) known = all(abs(alive%right - alive%pushed) <= 0.0_wp)
       if (known) then
-        y = alive%yields
+        y = alive%product
       else
         call apply_compliance(condensed, alive%right, y)
         alive%pushed = alive%right
-        alive%yields = y
+        alive%product = y
       end if
     end associate
-  end subroutine yield_to_residual
+  end subroutine product_with_residual
 
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
   pure real(wp) function defect_energy(system) result(energy)

@@ -3,12 +3,12 @@
 module condensed_motions
   use kinds, only: wp
   use text, only: to_text
-  use rigid_motions, only: choose_pins, mode_row
+  use rigid_motions, only: choose_fixings, mode_row
   use condensed_types, only: condensed_t
   use system_types, only: system_t
   implicit none
   private
-  public :: pin_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
+  public :: fix_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
     sum_forces, push_live, in_lengths, add_live_motion, lost_digits, &
     set_center
 
@@ -18,21 +18,21 @@ module condensed_motions
 
 contains
 
-  !> The rigid motions that the supports leave a body, and the pins that stop them.
-  subroutine pin_body(system, b)
-    type(system_t), intent(inout) :: system !! gets motions and pins of a body of condensed
+  !> The rigid motions that the supports leave a body, and the fixings that stop them.
+  subroutine fix_body(system, b)
+    type(system_t), intent(inout) :: system !! gets motions and fixings of a body of condensed
     integer, intent(in) :: b !! the body
 
     associate (body => system%condensed%bodies(b))
-      if (allocated(body%pin_node)) return
+      if (allocated(body%fixing_node)) return
       body%motions = system%body%motions(b)
-      allocate (body%pin_node(0), body%pin_direction(0))
+      allocate (body%fixing_node(0), body%fixing_direction(0))
       if (body%motions%n == 0) return
-      call choose_pins(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
+      call choose_fixings(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
         body%motions, &
-        body%pin_node, body%pin_direction)
+        body%fixing_node, body%fixing_direction)
     end associate
-  end subroutine pin_body
+  end subroutine fix_body
 
   !> Why the condensed form would lack digits where a body that contact alone holds touches: its
   !! compliances differ too much. Empty if they do not.

@@ -11,7 +11,7 @@ module condensed_system
   use condensed_types, only: condensed_t
   use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
     load_candidates, free_condensed
-  use condensed_yield, only: find_equilibrium, fit_motions, spread_yield
+  use compliance_products, only: find_equilibrium, fit_motions, spread_product
   use live_candidates, only: widen_live, number_live, forget_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest
@@ -54,6 +54,7 @@ contains
       call list_facets(model, condensed%facets)
       allocate (condensed%bodies(system%body%bodies), condensed%place(3, model%mesh%nodes))
       condensed%rigid%x = model%mesh%x
+      condensed%exact = any(model%pairs%mortar)
       if (system%bulk%linear) then
         call begin_influence(model, system)
         call condense_all(system, spread(.true., 1, system%body%bodies), outcome, model)
@@ -184,8 +185,8 @@ contains
     end associate
   end subroutine renew_defects
 
-  !> The forces that would hold the defects, each by itself. The compliance of a body with pins is
-  !! partly that of its pins: there the least one counts for all.
+  !> The forces that would hold the defects, each by itself. The compliance of a body with fixings
+  !! is partly that of its fixings: there the least one counts for all.
   subroutine measure_defects(condensed)
     type(condensed_t), intent(inout) :: condensed !! gets defect_norm
     real(wp) :: least
@@ -361,7 +362,7 @@ contains
     associate (condensed => system%condensed)
       if (condensed%surface_only) call refresh_candidates(system)
       if (condensed%surface_only) return
-      call spread_yield(system, system%du)
+      call spread_product(system, system%du)
       do k = 1, size(condensed%outer%factors)
         system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do

@@ -21,8 +21,8 @@ module contact_iteration
   !! can find.
   integer, parameter :: most_near_solves = 2
   real(wp), parameter :: near_contact_share = 1.0e-5_wp
-  !> Share of the residual that a rough answer may leave.
-  real(wp), parameter :: rough = 0.01_wp
+  !> Share of the residual that a coarse answer may leave.
+  real(wp), parameter :: coarse = 0.01_wp
   !> Share of the forces, with those that are found, which any other answer may leave: a residual
   !! may be mostly the way of a body that has far to go, and many times as large as they are.
   real(wp), parameter :: of_forces = 1.0e-5_wp
@@ -37,7 +37,7 @@ contains
     real(wp), intent(in) :: b(:) !! (live) displacement without the answer [length]
     real(wp), intent(in) :: push(:) !! (modes) of the answer, in the unit of displacements [length]
     real(wp), intent(in) :: floor !! residual to arrive at [force]
-    integer, intent(in) :: most !! iterations allowed; 0 for a rough answer
+    integer, intent(in) :: most !! iterations allowed; 0 for a coarse answer
     real(wp), intent(out) :: y(:) !! (live) [force]
     real(wp), intent(out) :: t(:) !! (live) [length]
     logical, intent(out) :: arrived !! at the floor
@@ -57,7 +57,7 @@ contains
       call find_rest(condensed, b, push, x, y, .false., t, r)
       r = weight*r
       norm = norm2(r)
-      if (start == 1 .and. most == 0) goal = rough*norm
+      if (start == 1 .and. most == 0) goal = coarse*norm
       if (start > 1 .and. most > 0 .and. condensed%active) goal = min(floor, of_forces*norm2( &
         condensed%bulk%force(condensed%alive%live) + y))
       arrived = norm <= goal

@@ -16,11 +16,11 @@ module contact_tangent
   use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
     take_shares, is_loose
   use sparse_columns, only: add_product
-  use supports, only: find_grounded
+  use supports, only: find_unheld
   use contact_blocks, only: form_blocks
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
-  use condensed_ground, only: hold_motions
+  use condensed_springs, only: hold_motions
   use condensed_border, only: form_points
   use small_tangent, only: form_double
   use whole_tangent, only: is_better_whole, take_columns
@@ -60,7 +60,7 @@ contains
       call form_points(system)
       call clear_dead(tangent)
     end associate
-    if (any(system%body%floating)) call find_grounded(x, system)
+    if (any(system%body%floating)) call find_unheld(x, system)
     call end_cost(system%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 

@@ -3,7 +3,7 @@
 module foretold_forces
   use kinds, only: wp
   use condensed_types, only: condensed_t, influence_t
-  use condensed_yield, only: find_equilibrium
+  use compliance_products, only: find_equilibrium
   use condensed_system, only: spread_forces, restore_forces, find_defects
   use system_types, only: system_t
   implicit none

@@ -11,7 +11,7 @@ module full_form
   use equation_values, only: spread_values, gather_values, spread_direction
   use right_side, only: gather_right, damping_shares
   use full_tangent, only: form_tangent
-  use ground_release, only: release_ground
+  use spring_release, only: release_springs
   use contact_coupling, only: couple_full, couple_full_as_saved
   use system_types, only: form_t, system_t
   implicit none
@@ -20,7 +20,7 @@ module full_form
 
   !> Residual over right-hand side that an iterative solver may leave of a next direction, and of a
   !! step with the factor at hand.
-  real(wp), parameter :: rough_accuracy = 1.0e-2_wp, refined_accuracy = 1.0e-4_wp
+  real(wp), parameter :: coarse_accuracy = 1.0e-2_wp, refined_accuracy = 1.0e-4_wp
 
 contains
 
@@ -84,8 +84,8 @@ contains
     system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
   end subroutine take_trial
 
-  !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are grounded if there
-  !! is none.
+  !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are regularised if
+  !! there is none.
   subroutine find_direction(system, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -110,7 +110,7 @@ contains
       outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
-    call release_ground(system, x)
+    call release_springs(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine try_direction
@@ -136,7 +136,7 @@ contains
     integer :: outcome
 
     length = huge(1.0_wp)
-    system%whole%solver%accuracy = rough_accuracy
+    system%whole%solver%accuracy = coarse_accuracy
     call solve_bordered(system, system%right, system%next, outcome)
     if (outcome == solver_done) length = norm2(system%next)
   end function next_length

@@ -7,7 +7,7 @@ module full_tangent
   use csc_matrix, only: csc_matrix_t, fill_values
   use assembly, only: assemble
   use bulk_term, only: form_bulk_tangent
-  use supports, only: ground_bodies
+  use supports, only: regularise_bodies
   use right_side, only: gather_right
   use rigid_border, only: form_border
   use system_types, only: system_t
@@ -22,7 +22,7 @@ module full_tangent
 contains
 
   !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
-  !! holds at present are grounded. Without contact the tangent is the bulk's, formed once.
+  !! holds at present are regularised. Without contact the tangent is the bulk's, formed once.
   subroutine form_tangent(system, x)
     type(system_t), intent(inout) :: system !! gets matrix, csc, symmetric, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -48,7 +48,7 @@ contains
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       system%whole%matrix)
     call gather_right(system, 0.0_wp, .false.)
-    if (any(system%body%floating)) call ground_bodies(x, system)
+    if (any(system%body%floating)) call regularise_bodies(x, system)
     call form_border(system)
     call hand_values(system%whole%matrix, system%equation, system%whole%solver%by_nodes, &
       system%whole%csc)

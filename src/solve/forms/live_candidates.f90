@@ -99,7 +99,7 @@ contains
     condensed%alive%right = spread(0.0_wp, 1, condensed%alive%n_live)
     condensed%alive%change = condensed%alive%right
     condensed%alive%pushed = condensed%alive%right
-    condensed%alive%yields = condensed%alive%right
+    condensed%alive%product = condensed%alive%right
   end subroutine clear_values
 
   !> Compliance of the live candidates of each body, unless it is at hand.

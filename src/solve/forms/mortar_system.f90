@@ -1,18 +1,20 @@
 !> The multipliers of all pairs as unknowns of the condensed form: what their weighted gaps are
 !! without them, and their compliance (doc/theory, "Mortar contact", eqs. (7.17), (7.18)).
-!! In more than 400 lines, since all of it speaks of one system and its rows.
+!! In more than 400 lines, since gaps, compliance and motions are sums over the same rows.
 module mortar_system
   use kinds, only: wp
   use model_types, only: model_t
+  use mortar_types, only: turned_way
   use mortar_cone, only: cone_of_node_t
   use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_bodies, only: rigid_motion, loads_on_rigid
   use live_candidates, only: gather_compliance, complete_compliance
   use tree_compliance, only: apply_tree
   use system_types, only: system_t
   implicit none
   private
-  public :: mortar_system_t, build_mortar, take_rows, anchor_mortar, spread_multipliers, &
-    local_forces
+  public :: mortar_system_t, build_mortar, anchor_mortar, join_rows, find_gaps, take_cones, &
+    spread_multipliers, local_forces
 
   !> The rows of all pairs, one after the other.
   type :: mortar_rows_t
@@ -36,7 +38,10 @@ module mortar_system
     real(wp), allocatable :: motion(:, :) !! (3 n, modes) by rigid motions of the bodies
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
+    real(wp), allocatable :: hold(:, :) !! (modes, modes) what resists them in a bulk that is not
+    !! linear [force/length]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
+    logical, allocatable :: gives_way(:) !! (n) by a penalty
   end type mortar_system_t
 
 contains
@@ -49,7 +54,7 @@ contains
     real(wp) :: x(3, size(system%u, 2))
     integer :: b, c
 
-    call take_rows(model, unknowns)
+    call join_rows(model, unknowns)
     x = model%mesh%x + system%u
     associate (condensed => system%condensed)
       do c = 1, condensed%n
@@ -66,6 +71,11 @@ contains
         system%condensed%bodies(b), unknowns)
     end do
     call find_motions(system%condensed, unknowns)
+    allocate (unknowns%hold(size(unknowns%load), size(unknowns%load)), source=0.0_wp)
+    if (size(unknowns%load) > 0 .and. .not. system%bulk%linear) unknowns%hold = &
+      system%condensed%rigid%hold
+    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
+    call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
     call drop_compliance(system%equation, unknowns)
     call take_cones(model, unknowns)
@@ -96,7 +106,7 @@ contains
   end subroutine anchor_mortar
 
   !> The rows of the pairs, one after the other.
-  pure subroutine take_rows(model, unknowns)
+  pure subroutine join_rows(model, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(mortar_system_t), intent(inout) :: unknowns !! gets start, rows
     integer :: k, n, entries
@@ -127,7 +137,7 @@ contains
         end associate
       end do
     end associate
-  end subroutine take_rows
+  end subroutine join_rows
 
   !> Slip and gap of all multipliers with the nodes at x. Rows add up to zero, so that places may be
   !! seen from the slave node: that saves digits.
@@ -136,7 +146,7 @@ contains
     type(system_t), intent(in) :: system !! where slip counts from
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap
-    real(wp) :: slip(3), gap(3)
+    real(wp) :: slip(3), gap(3), way(3)
     integer :: i, k, m, e
 
     unknowns%gap = spread(0.0_wp, 1, 3*unknowns%n)
@@ -146,14 +156,19 @@ contains
         associate (rows => unknowns%rows, frame => unknowns%rows%frame(:, :, i), &
           node => unknowns%rows%node(i), share => model%pairs(k)%nodes%from(:, m))
           slip = 0.0_wp
+          way = 0.0_wp
           gap = 0.0_wp
           do e = rows%first(i), rows%first(i + 1) - 1
             associate (j => rows%column(e))
               gap = gap + rows%now(e)*(x(:, j) - x(:, node))
               slip = slip + rows%before(e)*((x(:, j) - x(:, node)) - way_from(system, share, j, &
                 node))
+              way = way + rows%before(e)*(system%position%x_old(:, j) - system%position%x_old(:, &
+                node))
             end associate
           end do
+          slip = slip - share(1)*(turned_way(model%pairs(k)%old_nodes, model%pairs(k)%nodes, m, &
+            way) - way)
           unknowns%gap(3*i - 2:3*i - 1) = matmul(slip, frame(:, 1:2))
           unknowns%gap(3*i) = dot_product(gap, frame(:, 3)) + model%pairs(k)%nodes%offset(m)
         end associate
@@ -194,7 +209,7 @@ contains
       !$omp& private(l, i, moved)
       do l = 1, unknowns%n
         if (.not. touches(l)) cycle
-        call yield_to(body, own, unknowns%rows, l, moved)
+        call product_with(body, own, unknowns%rows, l, moved)
         do i = 1, unknowns%n
           if (touches(i)) call add_block(own, unknowns%rows, i, l, moved, &
             unknowns%compliance(3*i - 2:3*i, 3*l - 2:3*l))
@@ -222,7 +237,7 @@ contains
   end function own_candidates
 
   !> What a body does where it is live under forces 1 along x, y and z of one multiplier.
-  subroutine yield_to(body, own, rows, l, moved)
+  subroutine product_with(body, own, rows, l, moved)
     type(condensed_body_t), intent(in) :: body !! its compliance
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
@@ -247,7 +262,7 @@ contains
       end if
       moved(k, :) = way
     end do
-  end subroutine yield_to
+  end subroutine product_with
 
   !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
   pure subroutine add_block(own, rows, i, l, moved, block)
@@ -326,6 +341,60 @@ contains
     end associate
   end subroutine add_motions
 
+  !> Free motions of rigid bodies with a point, behind those of the others, to first order about
+  !! where they are; what acts on them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
+  pure subroutine add_rigid(system, unknowns)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), allocatable :: none(:, :), hold(:, :)
+    integer :: i, e
+
+    allocate (none(3*unknowns%n, system%tools%border%n), source=0.0_wp)
+    associate (rows => unknowns%rows, n => size(unknowns%load), m => system%tools%border%n)
+      unknowns%motion = reshape([unknowns%motion, none], [3*unknowns%n, n + m])
+      unknowns%push = reshape([unknowns%push, none], [3*unknowns%n, n + m])
+      allocate (hold(n + m, n + m), source=0.0_wp)
+      hold(:n, :n) = unknowns%hold
+      call move_alloc(hold, unknowns%hold)
+      unknowns%load = [unknowns%load, loads_on_rigid(system)]
+      do i = 1, unknowns%n
+        now = 0.0_wp
+        before = 0.0_wp
+        do e = rows%first(i), rows%first(i + 1) - 1
+          if (system%tools%carried_by(rows%column(e)) == 0) cycle
+          of_node = rigid_motion(system, rows%column(e))
+          now = now + rows%now(e)*of_node
+          before = before + rows%before(e)*of_node
+        end do
+        now = matmul(transpose(rows%frame(:, :, i)), now)
+        before = matmul(transpose(rows%frame(:, :, i)), before)
+        before(3, :) = now(3, :)
+        unknowns%push(3*i - 2:3*i, n + 1:) = now
+        unknowns%motion(3*i - 2:3*i, n + 1:) = before
+      end do
+    end associate
+  end subroutine add_rigid
+
+  !> Points of other forms give way by their penalties, eq. (7.22).
+  pure subroutine add_penalties(model, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their rows
+    type(mortar_system_t), intent(inout) :: unknowns !! compliance grows; gets product
+    integer :: k, m, i, c
+
+    allocate (unknowns%gives_way(unknowns%n), source=.false.)
+    do k = 1, size(model%pairs)
+      do m = 1, model%pairs(k)%nodes%n
+        i = unknowns%start(k) + m
+        unknowns%gives_way(i) = model%pairs(k)%nodes%compliance(m) > 0.0_wp
+        do c = 3*i - 2, 3*i
+          unknowns%compliance(c, c) = unknowns%compliance(c, c) &
+            + model%pairs(k)%nodes%compliance(m)
+        end do
+      end do
+    end do
+  end subroutine add_penalties
+
   !> A slave node whose own motion along an axis is prescribed has no compliance there: its
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
@@ -336,7 +405,7 @@ contains
 
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free)) cycle
+        if (all(free) .or. unknowns%gives_way(i)) cycle
         q = across(free, unknowns%rows%frame(:, :, i))
         unknowns%gap(r:r + 2) = matmul(q, unknowns%gap(r:r + 2))
         unknowns%motion(r:r + 2, :) = matmul(q, unknowns%motion(r:r + 2, :))
@@ -355,7 +424,7 @@ contains
     unknowns%stiff = spread(0.0_wp, 1, unknowns%n)
     do i = 1, unknowns%n
       associate (free => equation(:, unknowns%rows%node(i)) > 0, r => 3*i - 2)
-        if (all(free)) cycle
+        if (all(free) .or. unknowns%gives_way(i)) cycle
         q = across(free, unknowns%rows%frame(:, :, i))
         unknowns%stiff(i) = maxval([(unknowns%compliance(r + k, r + k), k=0, 2)])
         unknowns%compliance(r:r + 2, :) = matmul(q, unknowns%compliance(r:r + 2, :))
@@ -400,8 +469,8 @@ contains
             cone%rule = pair%friction%slip_rule
             cone%area = pair%nodes%weight(m)
             cone%path = pair%nodes%path(m)
-            cone%scale = [2.0_wp/(compliance(3*i - 2, 3*i - 2) + compliance(3*i - 1, 3*i - 1)), &
-              1.0_wp/compliance(3*i, 3*i)]
+            cone%scale = [2.0_wp/(abs(compliance(3*i - 2, 3*i - 2)) &
+              + abs(compliance(3*i - 1, 3*i - 1))), 1.0_wp/abs(compliance(3*i, 3*i))]
           end associate
         end do
       end associate

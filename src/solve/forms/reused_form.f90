@@ -80,8 +80,8 @@ contains
     doubtful = .not. system%form%near
   end subroutine doubt_start
 
-  !> Tangent and direction. Bodies that tracks alone were thought to hold are grounded if there is
-  !! none.
+  !> Tangent and direction. Bodies that tracks alone were thought to hold are regularised if there
+  !! is none.
   subroutine find_direction(system, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]

@@ -58,7 +58,7 @@ contains
   end subroutine form_small
 
   !> The border of the small matrix: -R beside C U, and below them R^T U, which balances the forces
-  !! on each rigid motion, in the unit of the compliance; a grounded body has springs there.
+  !! on each rigid motion, in the unit of the compliance; a regularised body has springs there.
   subroutine border_with_motions(condensed, tangent)
     type(condensed_t), intent(in) :: condensed !! live candidates, motions
     type(contact_tangent_t), intent(inout) :: tangent !! u given; gets columns of cu, rows of small

@@ -14,7 +14,7 @@ module system_building
   use rigid_bodies, only: start_rigid
   use supports, only: find_floating_bodies
   use full_form, only: full_form_of_system
-  use held_bodies, only: pin_held
+  use held_bodies, only: fix_held
   use system_types, only: system_t, state_t
   use cells, only: most_facet_nodes
   use system_parts, only: contact_places_t
@@ -55,9 +55,9 @@ contains
 
     call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
     call number_equations(model%conditions%restrained, system)
-    call pin_held(model, system)
-    if (allocated(system%body%pinned)) call number_equations(model%conditions%restrained .or. &
-      system%body%pinned, system)
+    call fix_held(model, system)
+    if (allocated(system%body%fixed)) call number_equations(model%conditions%restrained .or. &
+      system%body%fixed, system)
     call start_rigid(model, system, state)
     call start_springs(model, system%equation, system%loads)
     if (allocated(model%conditions%pressures)) then

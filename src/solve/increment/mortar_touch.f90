@@ -3,9 +3,7 @@
 module mortar_touch
   use kinds, only: wp
   use model_types, only: model_t
-  use contact_types, only: pair_t
   use mortar_types, only: mortar_t
-  use mortar_history, only: was_closed
   use element_types, only: status_open
   use costs, only: count_cost, cost_touch
   use first_touch, only: find_free_way
@@ -78,8 +76,7 @@ contains
 
   !> Nodes that were open have no place on the master from before: their slip is the way over what
   !! lies below them now, from where they touch by eqs. (10.5), (10.8).
-  pure subroutine place_new(pair, system, k, waits, nodes)
-    type(pair_t), intent(in) :: pair !! its last converged state
+  pure subroutine place_new(system, k, waits, nodes)
     type(system_t), intent(in) :: system !! touches
     integer, intent(in) :: k !! number of the pair
     logical, intent(in) :: waits !! friction waits where they were open
@@ -88,7 +85,7 @@ contains
     integer :: i, body
 
     do i = 1, nodes%n
-      if (was_closed(pair%old_nodes, nodes%node(i), nodes%face(i))) cycle
+      if (.not. nodes%new(i)) cycle
       nodes%before(nodes%first(i):nodes%first(i + 1) - 1) = &
         nodes%now(nodes%first(i):nodes%first(i + 1) - 1)
       if (.not. (waits .or. allocated(system%touch%x_end))) cycle

@@ -30,7 +30,7 @@ contains
     type(settings_t) :: now
 
     now = settings
-    now%roughly = system%body%first_damping <= 0.0_wp
+    now%coarsely = system%body%first_damping <= 0.0_wp
     call solve_with_targets(model, system, time, now, monitor, progress)
     rested = progress%outcome == outcome_converged
     if (.not. rested) return

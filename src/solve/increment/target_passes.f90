@@ -51,7 +51,7 @@ contains
       call follow_solution(model, system, settings, monitor, progress, settled)
       pass = pass + 1
       if (.not. settled) cycle
-      if (given%roughly) return
+      if (given%coarsely) return
       if (has_drifted(model, system, monitor)) then
         progress%outcome = outcome_singular
         return

@@ -12,7 +12,7 @@ module line_search
 
 contains
 
-  !> Goes along the direction: to the next touch if bodies are grounded, else as far as the line
+  !> Goes along the direction: to the next touch if bodies are regularised, else as far as the line
   !! search says. Multipliers that are new, a bulk that answers by its tangent, points held in stick
   !! and the first of the steps with damping take the whole way.
   subroutine choose_length(system, x, settings, progress, longest, length)
@@ -27,7 +27,7 @@ contains
       if (system%body%damping > 0.0_wp) then
         call search_line(system, x, search, start, system%body%pseudo_step%iterations == 0, &
           .true., longest, length)
-      else if (any(system%body%grounded)) then
+      else if (any(system%body%regularised)) then
         call approach(system, x, search, start, longest, length)
       else
         call search_line(system, x, search, start, progress%updated .or. system%inner%linearised &
@@ -36,7 +36,7 @@ contains
     end associate
   end subroutine choose_length
 
-  !> A step with grounded bodies goes to the next touch and no further.
+  !> A step with regularised bodies goes to the next touch and no further.
   subroutine approach(system, x, search, start, longest, length)
     type(system_t), intent(inout) :: system !! u is moved
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]

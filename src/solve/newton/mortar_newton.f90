@@ -8,7 +8,7 @@ module mortar_newton
   implicit none
   private
   public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &
-    what_is_left, round_off
+    what_is_left, what_law_lacks, round_off
 
   !> Steps at most; a first touch has taken up to 8.
   integer, parameter :: most_steps = 30
@@ -65,12 +65,14 @@ contains
   end subroutine forget_factor
 
   !> Solves for forces and rigid motions.
-  subroutine solve_multipliers(unknowns, start, motion, factor, result)
+  subroutine solve_multipliers(unknowns, start, motion, factor, result, near)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: start(:) !! (3 n) forces to begin with [force]
     real(wp), intent(in) :: motion(:) !! (modes) rigid motions to begin with [length]
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(out) :: result !! gets all
+    real(wp), intent(in), optional :: near(:) !! (3 n) gaps that say which are closed and stick to
+    !! begin with [length]
     type(iterate_t) :: now, held
     logical :: known
     integer :: attempt
@@ -79,15 +81,15 @@ contains
     ! may be too small to hold them on the way
     known = size(motion) == 0 .or. any(abs(start) > 0.0_wp)
     do attempt = merge(1, 2, known), 2
-      call look_at(unknowns, start, motion, attempt == 2, now)
+      call look_at(unknowns, start, motion, attempt == 2, now, near)
       if (attempt == 2) then
         call forget_factor(factor)
-        call follow(unknowns, .true., now, factor, result)
+        call follow(unknowns, .true., now, factor, result, present(near))
         call forget_factor(factor)
         held = now
         call look_at(unknowns, held%z, held%alpha, .false., now)
       end if
-      call follow(unknowns, .false., now, factor, result)
+      call follow(unknowns, .false., now, factor, result, present(near) .and. attempt == 1)
       if (result%converged) exit
     end do
     result%gap = now%gap
@@ -99,12 +101,13 @@ contains
   end subroutine solve_multipliers
 
   !> Newton's steps from an iterate to a solution, of the law or with all friction sticking.
-  subroutine follow(unknowns, sticks, now, factor, result)
+  subroutine follow(unknowns, sticks, now, factor, result, moves)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     logical, intent(in) :: sticks !! friction holds whatever it has to
     type(iterate_t), intent(inout) :: now !! start; solution
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
+    logical, intent(in) :: moves !! the start is linearised elsewhere: no solution
     type(iterate_t) :: next
     real(wp) :: change(size(now%z) + size(now%alpha)), allowed, length
     integer :: halving, step, n
@@ -116,7 +119,7 @@ contains
       allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns, &
         maxval([0.0_wp, abs(unknowns%gap)])))
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
-      result%converged = result%left <= allowed
+      result%converged = result%left <= allowed .and. .not. (moves .and. step == 0)
       if (result%converged .or. step == most_steps) exit
       reused = fits(now, factor)
       call find_step(unknowns, now, 0.0_wp, factor, change, free)
@@ -136,6 +139,24 @@ contains
       if (factor%known .or. .not. reused) now = next
     end do
   end subroutine follow
+
+  !> What the law lacks where no force moves anything, the largest of all [force].
+  pure real(wp) function what_law_lacks(unknowns, z) result(left)
+    type(mortar_system_t), intent(in) :: unknowns !! gaps, laws
+    real(wp), intent(in) :: z(:) !! (3 n) forces [force]
+    real(wp) :: force(3), slope(3, 3), criterion
+    integer :: i
+    logical :: slips
+
+    left = 0.0_wp
+    do i = 1, unknowns%n
+      associate (mine => z(3*i - 2:3*i), cone => unknowns%cone(i))
+        call project_on_cone(cone, mine - cone%scale([1, 1, 2])*unknowns%gap(3*i - 2:3*i), force, &
+          slope, slips, criterion)
+        left = max(left, maxval(abs(mine - force)))
+      end associate
+    end do
+  end function what_law_lacks
 
   !> What is left, as one number [force].
   pure real(wp) function measure(iterate)
@@ -169,13 +190,14 @@ contains
   end function round_off
 
   !> Gaps, projections and what is left at given forces, eq. (7.16).
-  pure subroutine look_at(unknowns, z, alpha, sticks, iterate)
+  pure subroutine look_at(unknowns, z, alpha, sticks, iterate, near)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     real(wp), intent(in) :: z(:) !! (3 n) forces [force]
     real(wp), intent(in) :: alpha(:) !! (modes) rigid motions [length]
     logical, intent(in) :: sticks !! friction holds whatever it has to
     type(iterate_t), intent(out) :: iterate !! all of it
-    real(wp) :: y(3), force(3)
+    real(wp), intent(in), optional :: near(:) !! (3 n) gaps to linearise at, else theirs [length]
+    real(wp) :: y(3), force(3), off(3*unknowns%n)
     integer :: i, k
 
     associate (n => unknowns%n)
@@ -185,10 +207,12 @@ contains
       iterate%alpha = alpha
       iterate%gap = unknowns%gap + matmul(unknowns%compliance, z)
       if (size(alpha) > 0) iterate%gap = iterate%gap + matmul(unknowns%motion, alpha)
-      iterate%balance = matmul(z, unknowns%push) + unknowns%load
+      iterate%balance = matmul(z, unknowns%push) + unknowns%load - matmul(unknowns%hold, alpha)
+      off = 0.0_wp
+      if (present(near)) off = iterate%gap - near
       do i = 1, n
         associate (own => 3*i - 2, cone => unknowns%cone(i))
-          y = z(own:own + 2) - cone%scale([1, 1, 2])*iterate%gap(own:own + 2)
+          y = z(own:own + 2) - cone%scale([1, 1, 2])*(iterate%gap(own:own + 2) - off(own:own + 2))
           call project_on_cone(cone, y, force, iterate%slope(:, :, i), iterate%slips(i), &
             iterate%criterion(i))
           iterate%closed(i) = y(3) > 0.0_wp
@@ -198,7 +222,8 @@ contains
               [3, 3])
             iterate%slips(i) = .false.
           end if
-          iterate%defect(own:own + 2) = z(own:own + 2) - force
+          iterate%defect(own:own + 2) = z(own:own + 2) - force + matmul(iterate%slope(:, :, i), &
+            cone%scale([1, 1, 2])*off(own:own + 2))
         end associate
       end do
     end associate
@@ -323,9 +348,9 @@ contains
           unknowns%motion(kept(k:k + 2), :))/unit
       end do
       matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
-      matrix(n + 1:, n + 1:) = 0.0_wp
+      matrix(n + 1:, n + 1:) = -unknowns%hold/unit
       do k = n + 1, n + m
-        matrix(k, k) = -hold
+        matrix(k, k) = matrix(k, k) - hold
       end do
     end associate
   end subroutine form_matrix

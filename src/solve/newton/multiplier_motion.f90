@@ -13,7 +13,7 @@ module multiplier_motion
   use assembly, only: shift_derivatives, recover
   use multiplier_field, only: project_forces
   use point_forces, only: point_forces_t, take_forces
-  use rigid_bodies, only: nothing_yields
+  use rigid_bodies, only: nothing_deforms
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: system_t
   use multiplier_types, only: multiplier_motion_t
@@ -29,7 +29,7 @@ module multiplier_motion
   real(wp), parameter :: least_multiplier_share = 1.0e-12_wp, share_of_fitting = 0.1_wp
   !> Where cubes meet at an edge more gaps are to be closed than forces can do something about:
   !! these patterns of multipliers meet this compliance over the penalty's.
-  real(wp), parameter :: yielding = 1.0e-6_wp
+  real(wp), parameter :: own_share = 1.0e-6_wp
   !> Projections of changes may be wrong by this share of what a direction may leave.
   real(wp), parameter :: little = 1.0e-2_wp
   !> Most iterations of GMRES for the multipliers of one direction.
@@ -63,7 +63,7 @@ contains
         do p = 1, count_points(model%pairs(k))
           element = system%place%first_point(k) + p - 1
           if (system%contact%routine(element) == routine_none) cycle
-          if (model%pairs(k)%history%softened .and. nothing_yields(system, &
+          if (model%pairs(k)%history%softened .and. nothing_deforms(system, &
             system%contact%ix(1:system%contact%nel(element), element))) cycle
           kappa = point_shift(model%pairs(k), p, unit)
           motion%scale(element) = kappa(1)
@@ -100,7 +100,7 @@ contains
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call system%form%answer(system, -forces_of_way(system), du)
         call project(model, system, at, change_of_forces(system, du), image, share)
-        call add_image(reshape((1.0_wp + yielding)*motion%way - image, [size(lack)]), iteration)
+        call add_image(reshape((1.0_wp + own_share)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))

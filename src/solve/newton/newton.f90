@@ -13,7 +13,7 @@ module newton
   use surface_shapes, only: follow_shape
   use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step
-  use supports, only: drop_bodies
+  use supports, only: close_bodies
   use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use expected_status, only: forget_expected, turned_back
@@ -105,7 +105,7 @@ contains
       if (.not. rests) exit
       if (.not. is_converged(system, settings, progress)) exit
       if (.not. system%inner%linearised) then
-        sound = settings%roughly
+        sound = settings%coarsely
         if (.not. sound) call look_again(system, model%mesh%x, settings, sound)
         if (sound) call judge_multipliers(model, system, progress)
         exit
@@ -195,7 +195,7 @@ contains
     begin = wall_seconds()
     call notice_others()
     if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
-      call drop_bodies(model%mesh%x, system, dropped)
+      call close_bodies(model%mesh%x, system, dropped)
       if (dropped .and. associated(system%form%note_drop)) call system%form%note_drop(system)
       if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system)
       if (dropped) call form_residual(system, model%mesh%x)

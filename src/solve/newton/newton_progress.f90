@@ -47,7 +47,7 @@ module newton_progress
   !> Points are settled if a full step changes no more than this share of the closed ones,
   real(wp), parameter :: settled_share = 0.02_wp
   !> and which of them stick and slip is known once its energy is below this share of the first.
-  real(wp), parameter :: rough_energy = 1.0e-3_wp
+  real(wp), parameter :: coarse_energy = 1.0e-3_wp
   !> Smooth surfaces follow steps after one whose energy is below this share of the largest: with
   !! points that still close, open, stick and slip single steps against ever new shapes went in
   !! circles. The first energy will not do: an increment may begin in balance, and targets change.
@@ -95,8 +95,8 @@ contains
     norm = residual_norm(system)
     if (is_round_off(system, progress%halved)) then
       converged = .true.
-    else if (settings%roughly) then
-      converged = system%body%settled .and. progress%energy <= rough_energy*progress%first_energy
+    else if (settings%coarsely) then
+      converged = system%body%settled .and. progress%energy <= coarse_energy*progress%first_energy
     else if (settings%asked(tol_residual) > 0.0_wp) then
       converged = norm <= settings%asked(tol_residual)*force_scale(system)
     else
@@ -156,21 +156,21 @@ contains
 
     associate (tolerance => settings%asked(tol_energy), first => progress%first_energy)
       met = progress%energy <= tolerance*first
-      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%grounded)) return
+      if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%regularised)) return
       ! a step with the same tangent asks the same
       if (system%form%inexact .and. may_go_on(system, progress)) return
       met = system%form%next_energy(system) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
 
-  !> More steps with the tangent of the last iteration may follow. Not where a body is grounded or
-  !! damped, or the form would rather have a new one.
+  !> More steps with the tangent of the last iteration may follow. Not where a body is regularised
+  !! or damped, or the form would rather have a new one.
   pure logical function may_go_on(system, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
     type(newton_t), intent(in) :: progress !! the last iteration
 
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
-      .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)
+      .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
     if (.not. (may .and. associated(system%form%may_repeat))) return
     may = system%form%may_repeat(system, progress%start, progress%linearised)
   end function may_go_on

@@ -77,7 +77,7 @@ contains
     call judge_both(model, system, time, verdict, goal)
     if (verdict%kind > statics_carried) text = text//nl// &
       motion_text(body_name(model, system, verdict%body), verdict)
-    if (verdict%kind == statics_tips) text = text//rim_advice(model, system, verdict%body)
+    if (verdict%kind == statics_tips) text = text//edge_advice(model, system, verdict%body)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
       text = text//nl//describe_body(model, system, body, verdict%kind)
@@ -226,9 +226,9 @@ contains
     end do
   end function is_of_pair
 
-  !> What may help a body that tips over a rim which its pairs do not reach: their points carry it
-  !! nowhere else, and most of them lie inside of the rim. A line for each such pair.
-  function rim_advice(model, system, body) result(t)
+  !> What may help a body that tips over an edge which its pairs do not reach: their points carry it
+  !! nowhere else, and most of them lie inside of the edge. A line for each such pair.
+  function edge_advice(model, system, body) result(t)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! bodies
     integer, intent(in) :: body !! the body that tips
@@ -243,15 +243,15 @@ contains
         t = t//new_line('a')//'  pair '//pair%name
         if (pair%form == form_node_to_surface) then
           t = t//' carries it at nodes of the slave alone: if the load passes just inside of '// &
-            'the rim, write GTOS with SEGMent'
+            'the edge, write GTOS with SEGMent'
         else
           t = t//' carries it at '//count_noun(pair%facet_points, 'point')//' a facet, which '// &
-            'end short of the rim: if the load passes just inside of that, write SEGMent or '// &
+            'end short of the edge: if the load passes just inside of that, write SEGMent or '// &
             'more points'
         end if
       end associate
     end do
-  end function rim_advice
+  end function edge_advice
 
   !> The first body that neither supports nor closed contact points hold; 0 if all are held.
   integer function unrestrained_bodies(model, system) result(body)

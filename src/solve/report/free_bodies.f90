@@ -8,7 +8,7 @@ module free_bodies
   use monitors, only: monitor_t
   use supports, only: free_motions, model_extent
   use contact_report, only: closed_points
-  use held_bodies, only: pin_reaction
+  use held_bodies, only: fixing_reaction
   use diagnosis, only: body_name, named_motion, is_held
   use system_types, only: system_t
   implicit none
@@ -27,7 +27,7 @@ contains
     real(wp) :: motions(6, 6)
     integer :: b, k, n, pivot(6)
 
-    if (allocated(system%body%pinned)) call tell_pinned(model, system, monitor)
+    if (allocated(system%body%fixed)) call tell_fixed(model, system, monitor)
     if (.not. any(system%body%floating)) return
     do b = 1, system%body%bodies
       if (.not. system%body%floating(b) .or. system%body%told(b)) cycle
@@ -50,22 +50,22 @@ contains
     end do
   end subroutine tell_free_bodies
 
-  !> Tells once of each body that HOLD stops at pins, where no pair can hold it.
-  subroutine tell_pinned(model, system, monitor)
+  !> Tells once of each body that HOLD stops at fixings, where no pair can hold it.
+  subroutine tell_fixed(model, system, monitor)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(inout) :: system !! converged; gets told
     class(monitor_t), intent(inout) :: monitor !! hears of it
     integer :: b, n
 
     do b = 1, system%body%bodies
-      n = count(system%body%pinned .and. spread(system%body%node_body == b, 1, 3))
+      n = count(system%body%fixed .and. spread(system%body%node_body == b, 1, 3))
       if (n == 0 .or. system%body%told(b)) cycle
       system%body%told(b) = .true.
       call monitor%event('  HOLD: '//body_name(model, system, b)//' has '//count_noun(n, &
         'rigid motion')//' without resistance and is held; the reaction of that is '// &
-        to_text(pin_reaction(system, b), 3))
+        to_text(fixing_reaction(system, b), 3))
     end do
-  end subroutine tell_pinned
+  end subroutine tell_fixed
 
   !> Motions that span the same, each of which has a component 1 where the others have none: three
   !! free motions in a plane are two translations and a turn, whatever the null space begins with.

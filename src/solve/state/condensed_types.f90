@@ -75,7 +75,7 @@ module condensed_types
     logical :: copied = .false. !! it has been gathered
     type(motions_t) :: motions !! rigid motions that its supports leave
     integer :: first_mode = 0 !! motions of the bodies before
-    integer, allocatable :: pin_node(:), pin_direction(:) !! (motions) where springs stop them
+    integer, allocatable :: fixing_node(:), fixing_direction(:) !! (motions) where springs stop them
     real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
     integer :: turns_about = turns_not !! what its mean rotation may be, where it is followed
@@ -200,7 +200,7 @@ module condensed_types
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
-    real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while grounded
+    real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while regularised
     real(wp) :: damping = 0.0_wp !! on them [force/length]
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]
   end type carried_t
@@ -230,14 +230,14 @@ module condensed_types
     real(wp), allocatable :: right(:) !! (n_live) residual [force]
     real(wp), allocatable :: change(:) !! (n_live) direction [length]
     real(wp), allocatable :: pushed(:) !! (n_live) residual that was multiplied last [force]
-    real(wp), allocatable :: yields(:) !! (n_live) C times that one [length]
+    real(wp), allocatable :: product(:) !! (n_live) C times that one [length]
   end type live_t
 
   !> The contact forces that the bulk bears, and by how much the iterate is off.
   type :: defects_t
     real(wp), allocatable :: force(:) !! (n) contact force that the bulk bears [force]
-    real(wp), allocatable :: yielded(:) !! (n) C times the forces yielded_to [length]
-    real(wp), allocatable :: yielded_to(:) !! (n) the forces it was computed for last [force]
+    real(wp), allocatable :: product(:) !! (n) compliance times the forces product_of [length]
+    real(wp), allocatable :: product_of(:) !! (n) the forces it was computed for last [force]
     real(wp), allocatable :: force_change(:) !! (n) its direction in the iteration [force]
     real(wp), allocatable :: defect(:) !! (n) loaded - C force - u [length]
     real(wp) :: defect_norm = 0.0_wp !! the same as forces [force]
@@ -248,6 +248,7 @@ module condensed_types
   type :: condensed_t
     logical :: active = .false. !! this form is in use
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
+    logical :: exact = .false. !! factors answer by themselves: in double precision
     real(wp) :: aging = 0.0_wp !! passes that older factors have cost so far
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]

@@ -1,21 +1,21 @@
 !> HOLD where no pair can hold anything: what supports leave a body to move is stopped at as many of
-!! its nodes. In balance these pins carry nothing; the audit does not count them among the supports
-!! (doc/theory, "Floating bodies").
+!! its nodes. In balance these fixings carry nothing; the audit does not count them among the
+!! supports (doc/theory, "Floating bodies").
 module held_bodies
   use kinds, only: wp
   use model_types, only: model_t
-  use rigid_motions, only: motions_t, find_motions, choose_pins
+  use rigid_motions, only: motions_t, find_motions, choose_fixings
   use system_types, only: system_t
   implicit none
   private
-  public :: pin_held, pin_reaction, supports_of
+  public :: fix_held, fixing_reaction, supports_of
 
 contains
 
-  !> Chooses the pins of the bodies that the deck holds.
-  subroutine pin_held(model, system)
+  !> Chooses the fixings of the bodies that the deck holds.
+  subroutine fix_held(model, system)
     type(model_t), intent(in) :: model !! mesh, HOLD, conditions
-    type(system_t), intent(inout) :: system !! bodies and equations given; gets pinned
+    type(system_t), intent(inout) :: system !! bodies and equations given; gets fixed
     type(motions_t) :: motions
     integer :: equation(3, size(system%equation, 2)), body, k, b
     integer, allocatable :: node(:), direction(:)
@@ -30,21 +30,21 @@ contains
     if (.not. any(wanted(1:))) return
     equation = system%equation
     if (allocated(model%conditions%spring)) where (model%conditions%spring > 0.0_wp) equation = 0
-    allocate (system%body%pinned(3, size(equation, 2)), source=.false.)
+    allocate (system%body%fixed(3, size(equation, 2)), source=.false.)
     do body = 1, system%body%bodies
       if (.not. wanted(body)) cycle
       call find_motions(model%mesh%x, equation, system%body%node_body, body, motions)
       if (motions%n == 0) cycle
-      call choose_pins(model%mesh%x, equation, system%body%node_body, body, motions, node, &
+      call choose_fixings(model%mesh%x, equation, system%body%node_body, body, motions, node, &
         direction)
       do k = 1, motions%n
-        system%body%pinned(direction(k), node(k)) = .true.
+        system%body%fixed(direction(k), node(k)) = .true.
       end do
     end do
-  end subroutine pin_held
+  end subroutine fix_held
 
-  !> What the pins of a body carry.
-  pure real(wp) function pin_reaction(system, body) result(force)
+  !> What the fixings of a body carry.
+  pure real(wp) function fixing_reaction(system, body) result(force)
     type(system_t), intent(in) :: system !! converged: forces of the bulk
     integer, intent(in) :: body !! the body
     integer :: i
@@ -53,17 +53,17 @@ contains
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) /= body) cycle
       force = hypot(force, norm2(pack(system%inner%bulk_force(:, i) &
-        - system%loads%external(:, i), system%body%pinned(:, i))))
+        - system%loads%external(:, i), system%body%fixed(:, i))))
     end do
-  end function pin_reaction
+  end function fixing_reaction
 
-  !> Forces of the supports without those of pins.
+  !> Forces of the supports without those of fixings.
   pure function supports_of(system, reaction) result(force)
-    type(system_t), intent(in) :: system !! pinned, if the deck holds anything
+    type(system_t), intent(in) :: system !! fixed, if the deck holds anything
     real(wp), intent(in) :: reaction(:, :) !! (3, nodes) of all restrained directions [force]
     real(wp) :: force(3, size(reaction, 2))
 
     force = reaction
-    if (allocated(system%body%pinned)) where (system%body%pinned) force = 0.0_wp
+    if (allocated(system%body%fixed)) where (system%body%fixed) force = 0.0_wp
   end function supports_of
 end module held_bodies

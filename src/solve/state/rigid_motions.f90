@@ -1,11 +1,11 @@
-!> Rigid motions of bodies: what the supports of a body leave of them, and pins that would stop just
-!! these (doc/theory, "Condensed floating bodies").
+!> Rigid motions of bodies: what the supports of a body leave of them, and fixings that would stop
+!! just these (doc/theory, "Condensed floating bodies").
 module rigid_motions
   use kinds, only: wp
   use lapack_interface, only: dsyev
   implicit none
   private
-  public :: rigid_row, motions_t, find_motions, mode_row, choose_pins
+  public :: rigid_row, motions_t, find_motions, mode_row, choose_fixings
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -91,34 +91,34 @@ contains
 
   !> As many free degrees of freedom as there are motions, that together stop all of them: the
   !! largest rows of R by elimination with orthogonal rows.
-  subroutine choose_pins(x, equation, node_body, body, motions, node, direction)
+  subroutine choose_fixings(x, equation, node_body, body, motions, node, direction)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
     integer, intent(in) :: node_body(:) !! (nodes) body of each node
     integer, intent(in) :: body !! the body
     type(motions_t), intent(in) :: motions !! what its supports leave
-    integer, allocatable, intent(out) :: node(:), direction(:) !! (motions) the pins
+    integer, allocatable, intent(out) :: node(:), direction(:) !! (motions) the fixings
     real(wp) :: taken(motions%n, motions%n), row(motions%n), best(motions%n)
-    integer :: pin, i, k, j
+    integer :: fixing, i, k, j
 
     allocate (node(motions%n), direction(motions%n), source=0)
-    do pin = 1, motions%n
+    do fixing = 1, motions%n
       best = 0.0_wp
       do i = 1, size(node_body)
         if (node_body(i) /= body) cycle
         do k = 1, 3
           if (equation(k, i) == 0) cycle
           row = mode_row(motions, k, x(:, i))
-          do j = 1, pin - 1
+          do j = 1, fixing - 1
             row = row - dot_product(taken(:, j), row)*taken(:, j)
           end do
           if (norm2(row) <= norm2(best)) cycle
           best = row
-          node(pin) = i
-          direction(pin) = k
+          node(fixing) = i
+          direction(fixing) = k
         end do
       end do
-      taken(:, pin) = best/norm2(best)
+      taken(:, fixing) = best/norm2(best)
     end do
-  end subroutine choose_pins
+  end subroutine choose_fixings
 end module rigid_motions

@@ -44,10 +44,10 @@ module system_parts
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
-    logical, allocatable :: pinned(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
+    logical, allocatable :: fixed(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
     logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
-    logical, allocatable :: grounded(:) !! (bodies) held by grounding in this iteration
+    logical, allocatable :: regularised(:) !! (bodies) held by soft springs in this iteration
     logical :: settled = .false. !! the last full step has left nearly all points as they were
     real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
     !! [force/length]
@@ -63,7 +63,7 @@ module system_parts
     type(block_matrix_t) :: matrix !! tangent of bulk and contact
     logical :: apart = .false. !! matrix has contact's share alone
     logical :: given = .false. !! the solver has the values of bulk_matrix, which keeps its graph
-    type(block_matrix_t) :: rim !! of these what the solver has not: restrained rows and columns
+    type(block_matrix_t) :: restrained !! of these restrained rows and columns
     integer, allocatable :: bulk_place(:) !! place of each bulk block in matrix
     type(csc_matrix_t) :: csc !! its free part
     logical :: symmetric = .false. !! its values are symmetric

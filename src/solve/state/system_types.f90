@@ -37,7 +37,7 @@ module system_types
     real(wp) :: asked(n_settings) = settings_of_deck%given !! what solution commands have set
     type(search_t) :: search !! step lengths
     integer :: most_solves = 50 !! linear solves of one increment
-    logical :: roughly = .false. !! it is enough to know which points stick, slip and are open
+    logical :: coarsely = .false. !! it is enough to know which points stick, slip and are open
     integer :: parts = 1 !! an interval between end times begins in so many, a power of 2
     integer :: most_passes = 8 !! changes of contact targets within one increment
     real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a

@@ -6,7 +6,7 @@ module touch_path
   use contact_points, only: point_facet, corner_weights
   use facet_geometry, only: project_on_facet, barycentric, facet_normal, corners
   use exact_touch, only: round_off
-  use contact_rims, only: on_edge
+  use surface_boundary, only: on_edge
   use master_facets, only: is_quadratic, facet_kind, all_nodes
   use quadratic_facet, only: project_on_quadratic
   use smooth_patch, only: patch_point_t, patch_at, project_on_patch, patch_from_values, &
@@ -222,7 +222,7 @@ contains
   end subroutine project
 
   !> The neighbour behind the edge that a projection is furthest outside of, 0 if it is inside or
-  !! nothing is there; no way leads over a fold.
+  !! nothing is there; no way leads over a concave edge.
   pure integer function across(pair, target, xi) result(next)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: target !! the facet
@@ -235,7 +235,7 @@ contains
     do trial = 1, 3
       k = minloc(n, 1)
       if (n(k) >= -on_edge) return
-      if (pair%surface%neighbours(k, target) > 0 .and. .not. pair%surface%fold(k, target)) then
+      if (pair%surface%neighbours(k, target) > 0 .and. .not. pair%surface%concave(k, target)) then
         next = pair%surface%neighbours(k, target)
         return
       end if

@@ -25,7 +25,7 @@ contains
     end if
     call multiply_taken(whole%solver, equation, x, .false., y)
     allocate (rest(3, size(x, 2)))
-    call multiply(whole%rim, x, rest)
+    call multiply(whole%restrained, x, rest)
     y = y + rest
   end subroutine multiply_bulk
 
@@ -43,50 +43,51 @@ contains
     end if
     call multiply_taken(whole%solver, equation, x, .true., y)
     allocate (rest(3, size(x, 2)))
-    call multiply_absolute(whole%rim, x, rest)
+    call multiply_absolute(whole%restrained, x, rest)
     y = y + rest
   end subroutine multiply_bulk_absolute
 
   !> Gives the values to a solver that has taken the free ones: what it does not know stays here.
   subroutine give_bulk(equation, whole)
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(whole_form_t), intent(inout) :: whole !! gets given, rim; bulk_matrix keeps its graph
+    type(whole_form_t), intent(inout) :: whole !! gets given, restrained; bulk_matrix its graph
 
     if (whole%given) return
     if (.not. has_bulk(whole%solver)) return
-    call find_rim(whole%bulk_matrix, equation, whole%rim)
+    call find_restrained(whole%bulk_matrix, equation, whole%restrained)
     deallocate (whole%bulk_matrix%val)
     whole%given = .true.
   end subroutine give_bulk
 
   !> What a matrix has in rows or columns that are restrained.
-  pure subroutine find_rim(matrix, equation, rim)
+  pure subroutine find_restrained(matrix, equation, restrained)
     type(block_matrix_t), intent(in) :: matrix !! all of it
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(block_matrix_t), intent(out) :: rim !! the same without the free entries
+    type(block_matrix_t), intent(out) :: restrained !! the same without the free entries
     logical :: bound(matrix%nodes)
     integer :: j, k, n, pass, c
 
     bound = any(equation == 0, 1)
-    rim%nodes = matrix%nodes
-    allocate (rim%ptr(matrix%nodes + 1))
+    restrained%nodes = matrix%nodes
+    allocate (restrained%ptr(matrix%nodes + 1))
     do pass = 1, 2
       n = 0
       do j = 1, matrix%nodes
-        rim%ptr(j) = n + 1
+        restrained%ptr(j) = n + 1
         do k = matrix%ptr(j), matrix%ptr(j + 1) - 1
           if (.not. (bound(j) .or. bound(matrix%row(k)))) cycle
           n = n + 1
           if (pass == 1) cycle
-          rim%row(n) = matrix%row(k)
-          rim%val(:, :, n) = matrix%val(:, :, k)
+          restrained%row(n) = matrix%row(k)
+          restrained%val(:, :, n) = matrix%val(:, :, k)
           do c = 1, 3
-            if (equation(c, j) > 0) where (equation(:, matrix%row(k)) > 0) rim%val(:, c, n) = 0.0_wp
+            if (equation(c, j) > 0) where (equation(:, matrix%row(k)) > 0) &
+              restrained%val(:, c, n) = 0.0_wp
           end do
         end do
       end do
-      rim%ptr(matrix%nodes + 1) = n + 1
-      if (pass == 1) allocate (rim%row(n), rim%val(3, 3, n))
+      restrained%ptr(matrix%nodes + 1) = n + 1
+      if (pass == 1) allocate (restrained%row(n), restrained%val(3, 3, n))
     end do
-  end subroutine find_rim
+  end subroutine find_restrained
 end module bulk_products

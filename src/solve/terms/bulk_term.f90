@@ -59,7 +59,7 @@ contains
 
     if (.not. system%whole%given) return
     system%whole%given = .false.
-    system%whole%rim = block_matrix_t()
+    system%whole%restrained = block_matrix_t()
     allocate (system%whole%bulk_matrix%val(3, 3, size(system%whole%bulk_matrix%row)))
     call form_solid_tangent(x, system%u, system)
   end subroutine take_bulk_back

@@ -247,7 +247,7 @@ contains
   end subroutine add_ring
 
   !> Marks what the patch of a facet of marked nodes depends on: the facets around its corners, and
-  !! around theirs, for a normal at the rim follows from those beside it.
+  !! around theirs, for a normal at the boundary follows from those beside it.
   pure subroutine add_patch_rings(facets, candidate)
     integer, intent(in) :: facets(:, :) !! (3, facets) corner nodes
     logical, intent(inout) :: candidate(:) !! (nodes) marked

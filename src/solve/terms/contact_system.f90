@@ -11,11 +11,12 @@ module contact_system
   use contact_points, only: count_points, point_position, point_lift, coupling
   use contact_parameters, only: point_parameters, point_shift
   use contact_overlap, only: withheld_gap
-  use rigid_bodies, only: nothing_yields
+  use rigid_bodies, only: nothing_deforms
   use master_facets, only: is_quadratic, facet_routine
   use contact_targets, only: begin_increment, follow_apexes, settle_points
   use contact_apexes, only: touches
   use mortar_history, only: settle_mortar
+  use mortar_points, only: keep_points
   use smooth_normals, only: project_on_master
   use friction_laws, only: keeps_path
   use apex_ways, only: way_of_apex
@@ -101,7 +102,7 @@ contains
   end subroutine load_contact
 
   !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing
-  !! yields to it, and it is what the deck says.
+  !! gives way to it, and it is what the deck says.
   subroutine load_point(pair, p, element, system)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
@@ -126,7 +127,7 @@ contains
       list%path1(element) = point%path
       list%offset(element) = withheld_gap(pair, p)
       list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%history%softened .and. nothing_yields(system, list%ix(1:list%nel(element), &
+      if (pair%history%softened .and. nothing_deforms(system, list%ix(1:list%nel(element), &
         element))) then
         list%d(d03_epsilon, element) = pair%points%epsilon(p)
         list%shift(:, element) = 0.0_wp
@@ -180,7 +181,7 @@ contains
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%mortar) cycle
+      if (allocated(model%pairs(k)%nodes%owner)) cycle
       do p = 1, count_points(model%pairs(k))
         element = system%place%first_point(k) + p - 1
         associate (point => model%pairs(k)%history%new(p))
@@ -217,6 +218,8 @@ contains
         call settle_mortar(model%pairs(k), system%contact%status(system%place%first_point(k): &
           system%place%first_point(k + 1) - 1), system%position%x_now)
       else
+        if (allocated(model%pairs(k)%nodes%owner)) call keep_points(model%pairs(k), &
+          system%position%x_now)
         call settle_points(model%pairs(k), system%position%x_now)
       end if
       call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)

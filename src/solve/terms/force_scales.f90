@@ -112,7 +112,7 @@ contains
   end function least_meaning
 
   !> The share of a direction that a body can go in one iteration: its own size and what is
-  !! prescribed in the increment, or the size of a facet where grounding alone holds it.
+  !! prescribed in the increment, or the size of a facet where soft springs alone hold it.
   pure real(wp) function longest_step(system) result(share)
     type(system_t), intent(in) :: system !! direction found
     real(wp) :: way
@@ -124,7 +124,7 @@ contains
       if (system%body%node_body(i) == 0) cycle
       associate (body => system%body%node_body(i))
         way = system%body%motions(body)%size + system%scale%stroke
-        if (system%body%grounded(body)) way = min(way, system%scale%facet_size)
+        if (system%body%regularised(body)) way = min(way, system%scale%facet_size)
         if (maxval(abs(system%du(:, i)))*share > way) share = way/maxval(abs(system%du(:, i)))
       end associate
     end do
@@ -145,7 +145,7 @@ contains
 
     yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
       system%body%damping <= 0.0_wp
-    if (yes .and. allocated(system%body%grounded)) yes = .not. any(system%body%grounded)
+    if (yes .and. allocated(system%body%regularised)) yes = .not. any(system%body%regularised)
     if (yes .and. allocated(system%body%floating)) yes = .not. any(system%body%floating)
   end function is_proportional
 end module force_scales

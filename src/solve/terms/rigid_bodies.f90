@@ -3,7 +3,7 @@
 module rigid_bodies
   use kinds, only: wp
   use vectors, only: identity, cross
-  use rotations, only: rotation_matrix, rotation_vector
+  use rotations, only: rotation_matrix, rotation_vector, spin
   use model_types, only: model_t
   use rigid_paths, only: count_rigid, motion_at, load_at
   use rigid_types, only: rigid_t
@@ -12,8 +12,9 @@ module rigid_bodies
   implicit none
   private
   public :: start_rigid, begin_rigid, return_rigid, try_rigid, take_rigid, drop_rigid, &
-    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_yields, &
-    rigid_values, rigid_force, rigid_loads, carry_rigid, forget_carrying
+    spread_rigid, add_rigid_right, keep_rigid, lever, wrench_on, is_carried, nothing_deforms, &
+    rigid_values, rigid_force, rigid_loads, carry_rigid, forget_carrying, rigid_motion, &
+    loads_on_rigid, move_rigid
 
 contains
 
@@ -58,13 +59,13 @@ contains
   end function is_carried
 
   !> All nodes of a contact element are prescribed.
-  pure logical function nothing_yields(system, nodes) result(yes)
+  pure logical function nothing_deforms(system, nodes) result(yes)
     type(system_t), intent(in) :: system !! equations, rigid bodies
     integer, intent(in) :: nodes(:) !! of the element
 
     yes = all(system%equation(:, nodes) == 0)
     if (yes .and. allocated(system%tools%carried_by)) yes = all(system%tools%carried_by(nodes) == 0)
-  end function nothing_yields
+  end function nothing_deforms
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.
   subroutine begin_rigid(model, u, tools, state, time)
@@ -283,6 +284,48 @@ contains
       end associate
     end do
   end function rigid_values
+
+  !> How the unknowns of all bodies move a node that one of them carries.
+  pure function rigid_motion(system, node) result(motion)
+    type(system_t), intent(in) :: system !! rigid bodies, positions
+    integer, intent(in) :: node !! the node
+    real(wp) :: motion(3, system%tools%border%n), own(3, 6)
+
+    motion = 0.0_wp
+    associate (rigid => system%tools%rigid(system%tools%carried_by(node)))
+      own(:, 1:3) = identity
+      own(:, 4:6) = -spin(system%position%x_now(:, node) - rigid%point - rigid%given &
+        - rigid%move)/rigid%length
+      motion(:, rigid%first - system%equations + 1:rigid%first - system%equations + &
+        size(rigid%unknown)) = own(:, rigid%unknown)
+    end associate
+  end function rigid_motion
+
+  !> What acts on the unknowns of all bodies but for contact.
+  pure function loads_on_rigid(system) result(load)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    real(wp), allocatable :: load(:)
+    real(wp) :: w(6)
+    integer :: b
+
+    load = [real(wp) ::]
+    do b = 1, size(system%tools%rigid)
+      associate (rigid => system%tools%rigid(b))
+        w = rigid%load + wrench_on(rigid, system%u, rigid%move, system%loads%external)
+        load = [load, w(rigid%unknown)/merge(1.0_wp, rigid%length, rigid%unknown <= 3)]
+      end associate
+    end do
+  end function loads_on_rigid
+
+  !> Moves all bodies by values of their unknowns.
+  subroutine move_rigid(system, values)
+    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+    real(wp), intent(in) :: values(:) !! (border%n) [length]
+
+    if (size(values) > 0) system%solution(system%equations + 1:) = values
+    call try_rigid(system, 1.0_wp)
+    call take_rigid(system%u, system%tools)
+  end subroutine move_rigid
 
   !> Residual of the unknowns: what acts on the nodes of a body and on its point.
   subroutine add_rigid_right(right, tools, u, tried, force)

@@ -19,7 +19,7 @@ module rigid_border
   public :: form_border, factorise_bordered, solve_bordered, motion_of, turning_of, hold_of
 
   !> Stiffness of what holds a body that nothing else holds, over the largest of the scene.
-  real(wp), parameter :: grounding = 1.0e-6_wp
+  real(wp), parameter :: soft_springs = 1.0e-6_wp
 
 contains
 
@@ -149,17 +149,17 @@ contains
     end associate
   end function turning_of
 
-  !> Grounding and damping of bodies that contact does not hold, or not well.
+  !> Soft springs and damping of bodies that contact does not hold, or not well.
   pure function hold_of(system) result(hold)
-    type(system_t), intent(in) :: system !! grounded, damping
+    type(system_t), intent(in) :: system !! regularised, damping
     real(wp) :: hold(system%tools%border%n)
     integer :: b
 
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first &
         - system%equations)
-        hold(first + 1:first + size(rigid%unknown)) = system%body%damping + merge(grounding* &
-          stiffest(system), 0.0_wp, system%body%grounded(rigid%body))
+        hold(first + 1:first + size(rigid%unknown)) = system%body%damping + merge(soft_springs* &
+          stiffest(system), 0.0_wp, system%body%regularised(rigid%body))
       end associate
     end do
   end function hold_of

@@ -16,7 +16,7 @@ module rigid_joints
   public :: joint_t, assembly_t, find_parts, find_joints, keep_nearest, loads_on, wrench
 
   !> A point may lie outside of its facet by this share of the facet.
-  real(wp), parameter :: rim = 1.0e-6_wp
+  real(wp), parameter :: outside_share = 1.0e-6_wp
 
   !> Where two bodies may press on each other, or a support holds one.
   type :: joint_t
@@ -198,7 +198,7 @@ contains
     x = corners(system%position%x_old, pair%surface%facets(:, facet))
     call project_on_facet(x, y, xi, gap)
     weights = [xi, 1.0_wp - sum(xi)]
-    if (any(weights < -rim) .and. .not. pair%segmented) return
+    if (any(weights < -outside_share) .and. .not. pair%segmented) return
     weights = max(weights, 0.0_wp)
     joint%place = matmul(x, weights/sum(weights))
     joint%normal = facet_normal(x)

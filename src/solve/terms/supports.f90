@@ -1,6 +1,6 @@
-!> How bodies are held: by supports, by closed contact points, or, for one iteration, by grounding
-!! (doc/theory, "Floating bodies", eq. (9.9)).
-!! In more than 400 lines, since the three of them answer the same question of each motion.
+!> How bodies are held: by supports, by closed contact points, or, for one iteration, by soft
+!! springs (doc/theory, "Floating bodies", eq. (9.9)). In more than 400 lines, since the three of
+!! them answer the same question of each motion.
 module supports
   use kinds, only: wp
   use vectors, only: cross
@@ -20,14 +20,14 @@ module supports
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
-  public :: grounding, free_motion, free_motions, model_extent, find_floating_bodies, &
-    find_grounded, ground_bodies, closing_length, drop_bodies
+  public :: soft_springs, free_motion, free_motions, model_extent, find_floating_bodies, &
+    find_unheld, regularise_bodies, closing_length, close_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
 
-  !> Stiffness of the grounding of a node over its own stiffness.
-  real(wp), parameter :: grounding = 1.0e-6_wp
+  !> Stiffness of the soft springs of a node over its own stiffness.
+  real(wp), parameter :: soft_springs = 1.0e-6_wp
   !> A body that comes to its first touch is let through the surface by this share of the size of
   !! the facets, so that the points next to the first one touch as well.
   real(wp), parameter :: overshoot = 1.0e-4_wp
@@ -197,7 +197,8 @@ contains
 
     held = system%equation
     if (allocated(system%loads%spring)) where (system%loads%spring > 0.0_wp) held = 0
-    allocate (system%body%floating(system%body%bodies), system%body%grounded(system%body%bodies), &
+    allocate (system%body%floating(system%body%bodies), &
+      system%body%regularised(system%body%bodies), &
       system%body%told(system%body%bodies), source=.false.)
     allocate (system%body%motions(system%body%bodies))
     do body = 1, system%body%bodies
@@ -215,32 +216,32 @@ contains
 
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
-  !! grounding holds nothing but what contact hardly resists, and whose matrix has no digits left.
-  subroutine find_grounded(x, system)
+  !! soft springs hold nothing but what contact hardly resists, and whose matrix has no digits left.
+  subroutine find_unheld(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! status of contact elements; gets grounded
+    type(system_t), intent(inout) :: system !! status of contact elements; gets regularised
     real(wp) :: motion(6)
     integer :: body
 
-    system%body%grounded = .false.
+    system%body%regularised = .false.
     if (system%body%damping > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%floating(body)) call free_motion(x, system, body, .true., &
-        system%body%grounded(body), motion, tracks=system%body%settled .and. &
+        system%body%regularised(body), motion, tracks=system%body%settled .and. &
         system%form%knows_inside)
     end do
-  end subroutine find_grounded
+  end subroutine find_unheld
 
-  !> Grounds the bodies that nothing holds at present: springs in the tangent only, so that the
+  !> Regularises the bodies that nothing holds at present: springs in the tangent only, so that the
   !! residual, and with it the solution, does not know of them.
-  subroutine ground_bodies(x, system)
+  subroutine regularise_bodies(x, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! matrix gets springs, grounded is set
+    type(system_t), intent(inout) :: system !! matrix gets springs, regularised is set
     real(wp) :: damping(system%body%bodies)
     integer :: node, place, k
 
-    call find_grounded(x, system)
-    if (system%body%damping <= 0.0_wp .and. .not. any(system%body%grounded)) return
+    call find_unheld(x, system)
+    if (system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)) return
     damping = [(system%body%damping/real(max(1, count(system%body%node_body == k)), wp), k=1, &
       system%body%bodies)]
     do node = 1, size(system%body%node_body)
@@ -250,15 +251,15 @@ contains
         place = find_block(system%whole%matrix, node, node)
         do k = 1, 3
           associate (stiffness => system%whole%matrix%val(k, k, place))
-            if (system%body%grounded(body)) stiffness = (1.0_wp + grounding)*stiffness
+            if (system%body%regularised(body)) stiffness = (1.0_wp + soft_springs)*stiffness
             stiffness = stiffness + damping(body)
           end associate
         end do
       end associate
     end do
-  end subroutine ground_bodies
+  end subroutine regularise_bodies
 
-  !> Length of the step du that closes the first open contact point of a grounded body, so that
+  !> Length of the step du that closes the first open contact point of a regularised body, so that
   !! the points next to it close, too; the largest number if none closes.
   real(wp) function closing_length(x, system) result(length)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -270,7 +271,7 @@ contains
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) > status_open) cycle
-      if (.not. any(system%body%grounded(system%body%node_body(side_nodes(system%contact, &
+      if (.not. any(system%body%regularised(system%body%node_body(side_nodes(system%contact, &
         k))))) cycle
       now = gap_of(x, 0.0_wp, k, system)
       later = gap_of(x, 1.0_wp, k, system)
@@ -283,7 +284,7 @@ contains
   !> Drops each body that neither supports nor closed contact points hold onto the surface below
   !! it: a translation along the normal of its smallest gap, and no further. Loads that point away
   !! from every surface leave the body where it is.
-  subroutine drop_bodies(x, system, dropped)
+  subroutine close_bodies(x, system, dropped)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u is moved; residual formed
     logical, intent(out) :: dropped !! a body was moved
@@ -304,7 +305,7 @@ contains
       end do
       call drop_rigid(system%u, system%tools, body, way)
     end do
-  end subroutine drop_bodies
+  end subroutine close_bodies
 
   !> Bodies with a closed contact point.
   pure function touched_bodies(system) result(touching)

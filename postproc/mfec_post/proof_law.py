@@ -1,0 +1,380 @@
+"""The contact points of an end time against Signorini's conditions and Coulomb's law.
+
+What the law is asked of are carriers: points with a penalty or multiplier of their own, or (in
+proof_mortar) slave nodes."""
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, unit
+from .proof_lines import ROUND_OFF, Array, Ledger
+from .proof_run import cross
+
+TINY = 1e-300
+
+
+@dataclass
+class Carriers:
+    """What has a force and a cone; forces on the master, ways since the increment began."""
+    who: Array
+    force: Array
+    axes: Array  # p1, p2 (n, 2, 3)
+    depth: Array  # pressure that the cone knows
+    way: Array
+    slides: Array
+    area: Array
+    path: Array
+    stiff: Array  # penalty, 0 without
+    rests: Array  # what may move of those that stick
+    asked: Array  # of these the slip rule is asked
+
+
+@dataclass
+class Base:
+    """What points begin an increment with."""
+    closed: Array
+    path: Array
+    way: Array
+    work: Array
+
+    @staticmethod
+    def of(old: Points, at: Array) -> Base:
+        """That of points which are those of the end time before."""
+        closed = old.status[at] > OPEN
+        way = np.zeros((len(at), 3)) if old.way is None else old.way[at]
+        return Base(closed, np.where(closed, old.path[at], 0), np.where(closed[:, None], way, 0),
+                    old.dissipation[at].copy())
+
+
+class Judge:
+    """The lines of one pair, end time after end time."""
+
+    def __init__(self, pair: Pair, ledger: Ledger):
+        self.pair, self.ledger = pair, ledger
+        self.old: Optional[Points] = None
+        self.x_old: Array = np.zeros(0)
+        self.row: dict[str, Any] = {}
+
+    def end_time(self, k: int, x: Array, scale: float, cut: bool) -> tuple[Points, float]:
+        """All lines of one end time; the energy of the penalty."""
+        pair, ledger, p = self.pair, self.ledger, Points(self.pair, k)
+        self.x, self.scale, self.cut = x, max(scale, TINY), cut
+        self.noise = 64 * ROUND_OFF * (pair.run.size + float(np.abs(x).max())) / pair.edge
+        self.known = self.old is not None and not cut
+        ledger.judge('open points: no force', p.force[p.status <= OPEN] / self.scale)
+        s = pair.slave(p, p.at, x)
+        xi, gap, e, found = pair.project(p, p.at, s, x)
+        gap = gap + p.offset[p.at]
+        sure = self.gaps(p, gap, found)
+        if pair.cells:
+            self.cover(p)
+        closed = p.status[p.at] > OPEN
+        self.row = dict.fromkeys(('active', 'stick', 'slip', 'Fn', 'Ft', 'Ft_nodes', 'max_penetration',
+                                  'max_elastic_slip', 'max_criterion'), 0.0)
+        at, s, xi, gap, e, sure = (v[closed] for v in (p.at, s, xi, gap, e, sure))
+        energy = 0.0
+        if len(at):
+            self.directions(p, at, s, xi, gap, e, sure)
+        if len(at) or len(p.at) and pair.points == MORTAR:
+            energy = self.carried(p, at, s, gap, e, sure)
+        self.old, self.x_old = p, x
+        return p, energy
+
+    def carried(self, p: Points, at: Array, s: Array, gap: Array, e: Array, sure: Array) -> float:
+        """The law of the closed points; their energy."""
+        carriers, energy = self.penalties(p, at, s, gap, e, sure)
+        self.law(carriers)
+        self.ways(p, at, carriers, e)
+        return energy
+
+    def gaps(self, p: Points, gap: Array, found: Array) -> Array:
+        """Gaps of all points against those of the file; which are sure."""
+        ledger, edge, at = self.ledger, self.pair.edge, p.at
+        closed, who = p.status[at] > OPEN, self.who(p, at)
+        near = found & (np.abs(gap) <= edge)
+        error = np.abs(gap - p.gap[at]) / edge
+        sure = near & (closed | (error <= 1e-9 + self.noise))
+        ledger.judge('gap', error[sure], who[sure], self.noise)
+        ledger.leave('gap', 'open points that have passed to another facet since', (near & ~sure).sum())
+        ledger.leave('gap', 'the projection is not on the curved facet', (~near & closed).sum())
+        if self.pair.points != MORTAR:
+            away = near & ~closed
+            ledger.judge('open points: no penetration', np.maximum(0, -gap)[away] / edge, who[away],
+                         self.noise)
+        margin = -np.minimum(p.tip[at].min(1), 1 - p.tip[at].sum(1))[closed]
+        # cells are cut anew after a share of a facet; others pass to the next
+        ledger.judge('tip inside its facet', np.maximum(0, margin), who[closed],
+                     0.04 if self.pair.cells else 0)
+        if not self.pair.cells:
+            ledger.leave('tip inside its facet', 'beyond an edge by less than the tolerance',
+                         (margin > 2e-6).sum())
+        return near
+
+    def who(self, p: Points, at: Array) -> Array:
+        """Node numbers for messages."""
+        return np.asarray(self.pair.run.numbers[p.nodes[at, 0]])
+
+    def directions(self, p: Points, at: Array, s: Array, xi: Array, gap: Array, e: Array,
+                   sure: Array) -> None:
+        """Lay, and forces along it."""
+        pair, ledger, who = self.pair, self.ledger, self.who(p, at)
+        lay = pair.lay_of(p, at, xi, e, s, self.x)
+        tells = sure & np.isfinite(lay).all(1) & (np.linalg.norm(lay, axis=1) > 0.5)
+        if pair.mu[0] != pair.mu[1]:
+            ledger.judge('lay', (p.lay[at] - lay)[tells], who[tells], 1e3 * self.noise)
+            ledger.leave('lay', 'no direction there', (~tells & sure).sum())
+        across = cross(e, p.lay[at])
+        parts = np.stack([dot(p.force[at], p.lay[at]), dot(p.force[at], across)], 1)
+        size = max(float(np.linalg.norm(p.force[at], axis=1).max()), 1e-6 * self.scale)
+        ledger.judge('forces along the lay', (p.lay_force[at, :2] - parts)[sure] / size, who[sure],
+                     self.noise)
+        friction = np.zeros_like(self.x)
+        np.add.at(friction, p.nodes[at], p.weight[at][:, :, None]
+                  * (p.force[at] - dot(p.force[at], e)[:, None] * e)[:, None])
+        self.row = {'active': len(at), 'stick': (p.status == STICK).sum(), 'slip': (p.status == SLIP).sum(),
+                    'Fn': p.lay_force[at, 2].sum(), 'Ft': np.linalg.norm(parts, axis=1).sum(),
+                    'Ft_nodes': np.linalg.norm(friction, axis=1).sum(),
+                    'max_penetration': max(0.0, (-p.gap[at]).max())}
+        if p.elastic is not None:
+            self.row['max_elastic_slip'] = p.elastic[at].max()
+
+    def penalties(self, p: Points, at: Array, s: Array, gap: Array, e: Array, sure: Array
+                  ) -> tuple[Carriers, float]:
+        """Force from the gap vector at the apex, (3.2); the points as carriers; the energy."""
+        pair, ledger, who, edge = self.pair, self.ledger, self.who(p, at), self.pair.edge
+        force, host, plain = -p.force[at], p.host[at], p.multiplier is None
+        xm = pair.where(p, host, p.tip[at], self.x)[0]
+        eps = pair.density * p.area[at] if pair.cells else pair.group['epsilon'][at, 0]
+        if not (pair.cells or pair.augmented or pair.penalty_kind > 2):
+            want = pair.penalty * (p.area[at] if pair.penalty_kind == 2 else 1.0)
+            ledger.judge('penalty of the deck', eps / want - 1, who)
+        g = s - xm + p.offset[at, None] * e
+        shift = np.zeros_like(g)
+        if p.multiplier is not None:
+            t1, n = (unit(v) for v in np.moveaxis(frame_of(self.x[pair.facets[host]])[:, :, ::2], 2, 0))
+            shift = np.einsum('ndc,nc->nd', np.stack([t1, cross(n, t1), n], -1), p.multiplier[at])
+            trial = eps[:, None] * g  # the penalty is raised by one factor
+            if np.abs(trial).max() > 1e-9 * self.scale:
+                eps = eps * dot(trial, force - shift).sum() / max(dot(trial, trial).sum(), TINY)
+            if pair.points == 0:
+                ledger.judge('AUGMent: tips without gap', np.linalg.norm(g, axis=1) / edge
+                             / (3 * pair.accuracy), who)
+        largest = max(float(np.linalg.norm(force, axis=1).max()), self.scale * 1e-6, TINY)
+        blur = eps * self.noise * edge / largest  # of places, through the penalty
+        ledger.judge('penalty law', np.linalg.norm(force - shift - eps[:, None] * g, axis=1)[sure]
+                     / largest, who[sure], blur[sure])
+        ledger.judge('pressure, no tension', np.maximum(0, dot(force, e))[sure] / largest, who[sure],
+                     self.noise)
+        along = g - dot(g, e)[:, None] * e
+        if plain:
+            ledger.judge('closed: no gap', np.maximum(0, gap)[sure] / edge, who[sure])
+            if p.elastic is not None and not pair.bent:
+                ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at])[sure] / edge,
+                             who[sure], self.noise)
+        # the law of friction knows the pressure of the depth, which on curved facets is a little less
+        depth = np.abs(p.lay_force[at, 2])
+        if plain or not pair.bent:
+            want = eps * np.abs(gap) if plain else -dot(force, e)
+            ledger.judge('pressure of the depth', (depth - want)[sure] / largest, who[sure],
+                         10 * blur[sure])
+        way = xm - pair.where(p, host, p.start[at], self.x)[0]
+        slides = p.status[at] == SLIP
+        carriers = Carriers(who, force, np.stack([p.lay[at], cross(e, p.lay[at])], 1), depth, way, slides,
+                            p.area[at], p.path[at], eps, way, sure)
+        energy = 0.5 * np.linalg.norm(force, axis=1) * np.hypot(gap, np.linalg.norm(along, axis=1))
+        return carriers, float(energy.sum())
+
+    def law(self, c: Carriers) -> None:
+        """Cone and slip rule, (4.1) and (4.2)."""
+        pair, ledger, edge = self.pair, self.ledger, self.pair.edge
+        mu, depth = self.coefficients(c.path), c.depth
+        if pair.cap > 0:
+            depth = np.minimum(depth, pair.cap * c.area / mu.max(1))
+        f, moved = (np.einsum('nid,nd->ni', c.axes, v) for v in (c.force, c.way))
+        rubs, sure = mu > 0, c.asked
+        largest = max(float(depth.max()), 1e-6 * self.scale)
+        noise = c.stiff * self.noise * edge / largest
+        size = np.linalg.norm(np.where(rubs, f / np.where(rubs, mu, 1), 0), axis=1)
+        blur = 10 * noise
+        if pair.points != MORTAR and not (pair.augmented or pair.bent):
+            self.row['max_criterion'] = float(((size - depth) / c.stiff).max())
+        ledger.judge('cone', (np.maximum(0, size - depth) / largest)[sure], c.who[sure], blur[sure])
+        on = c.slides & rubs.all(1) & sure
+        ledger.judge('cone where it slips', ((size - depth) / largest)[on], c.who[on], blur[on])
+        ledger.judge('no friction without mu', np.where(rubs, 0, f)[sure] / largest, c.who[sure],
+                     self.noise)
+        ledger.judge('stick: the apex rests', c.rests[~c.slides] / edge, c.who[~c.slides])
+        back = f * np.where(rubs.all(1, keepdims=True),
+                            (mu.min(1, keepdims=True) / np.where(rubs, mu, 1)) ** pair.rule, 0)
+        # round-off of places turns the direction of short ways, and of small forces
+        long, strong = np.linalg.norm(moved, axis=1), np.linalg.norm(back, axis=1)
+        on &= long > 1e4 * self.noise * edge
+        blur = self.noise * edge / np.maximum(long, TINY) + noise * largest / np.maximum(strong, TINY)
+        ratio = np.maximum(long * strong, TINY)
+        beside = np.abs(moved[:, 0] * back[:, 1] - moved[:, 1] * back[:, 0]) / ratio
+        ledger.judge('slip rule', np.maximum(beside, -dot(moved, back) / ratio)[on], c.who[on], blur[on])
+
+    def ways(self, p: Points, at: Array, c: Carriers, e: Array) -> None:
+        """Start apexes against those of the end time before, work of friction, slip path."""
+        pair, ledger, old = self.pair, self.ledger, self.old
+        if not self.known or old is None:
+            ledger.leave('history', 'the first end time, a cut increment, or fields not of each one',
+                         len(at))
+            return
+        base = Base.of(old, at)
+        same = self.same_cells(p, at)
+        told = same.copy()
+        if not same.all():
+            told[~same] = self.new_cells(p, at[~same], c, base, np.flatnonzero(~same))
+        ledger.leave('history', 'first touch: the place of closure is not in the file',
+                     (told & ~base.closed).sum())
+        self.starts(p, at, same & base.closed)
+        tangent = c.force - dot(c.force, e)[:, None] * e
+        work, long = dot(tangent, c.way), np.linalg.norm(c.way, axis=1)
+        largest = max(float(np.abs(work).max()), float(np.abs(p.dissipation).max()) * 1e-6,
+                      1e-4 * float((np.linalg.norm(c.force, axis=1) * long).max()), TINY)
+        ledger.judge('dissipation', (p.dissipation[at] - base.work - work)[told] / largest, c.who[told])
+        ledger.judge('dissipation, no gain', np.maximum(0, -work)[told] / largest, c.who[told])
+        # on a curved facet the law's slip is the way in the plane of the normal at the projection
+        bend = 1e4 * long if pair.bent else 0
+        ledger.judge('slip path', ((p.path[at] - base.path - long) / (pair.edge + bend))[told], c.who[told])
+        if p.way is not None and old.way is not None:
+            ledger.judge('slip vector', (np.linalg.norm(p.way[at] - base.way - c.way, axis=1)
+                                         / (pair.edge + 100 * bend))[told], c.who[told])
+
+    def same_cells(self, p: Points, at: Array) -> Array:
+        """Which points are those of the end time before."""
+        old = self.old
+        if old is None or not self.pair.cells:
+            return np.ones(len(at), bool)
+        return ((p.weight[at] == old.weight[at]).all(1) & (p.nodes[at] == old.nodes[at]).all(1)
+                & (p.area[at] == old.area[at]))
+
+    def new_cells(self, p: Points, at: Array, c: Carriers, base: Base, rows: Array) -> Array:
+        """Start apexes of new points of SEGMent: elastic slips of the old points of their facet as
+        a linear field, (6.5); which of them it tells, and what these begin with."""
+        pair, old, x, ledger = self.pair, self.old, self.x_old, self.ledger
+        assert old is not None
+        told = np.zeros(len(at), bool)
+        if pair.bent or p.nodes.shape[1] > 3 or pair.augmented:
+            ledger.leave('history', 'new cells, curved or with AUGMent', len(at))
+            return told
+        used = np.flatnonzero(old.area > 0)
+        _, facet = np.unique(np.concatenate([old.nodes[used], p.nodes[at]]), axis=0, return_inverse=True)
+        was, now = np.split(facet.ravel(), [len(used)])
+        s = pair.slave(p, at, x)
+        corners = x[pair.facets[p.host[at]]]
+        xi = np.linalg.solve(frame_of(corners), (s - corners[:, 2])[..., None])[..., 0]
+        start, beyond = np.full((len(at), 2), np.nan), 0
+        for f in np.unique(now):
+            mine, there = np.flatnonzero(now == f), used[was == f]
+            closed = there[(old.status[there] > OPEN) & (old.host[there] >= 0)]
+            base.work[rows[mine]] = old.dissipation[there].sum() * p.area[at[mine]] / p.area[
+                (p.nodes == p.nodes[at[mine[0]]]).all(1)].sum()
+            base.closed[rows[mine]] = len(closed) > 0
+            if not len(closed):
+                continue
+            frame = frame_of(x[old.nodes[closed[:1]]])[0]
+            frame = np.stack([unit(frame[:, 0]), cross(frame[:, 2], unit(frame[:, 0])), frame[:, 2]], 1)
+            to = pair.project(old, closed, pair.slave(old, closed, x), x)[0]
+            slip = pair.where(old, old.host[closed], to, x)[0] - pair.where(
+                old, old.host[closed], old.tip[closed], x)[0]
+            way = np.zeros_like(slip) if old.way is None else old.way[closed]
+            value = np.concatenate([slip @ frame, old.path[closed, None], way @ frame], 1)
+            area, place = old.area[closed], old.weight[closed, :2]
+            middle = area @ place / area.sum()
+            y, mean = place - middle, area @ value / area.sum()
+            a = (y * area[:, None]).T @ y
+            field = np.repeat(mean[None], len(mine), 0)
+            if np.linalg.det(a) > 1e-12 * np.trace(a) ** 2:
+                field += (p.weight[at[mine], :2] - middle) @ np.linalg.solve(
+                    a, (y * area[:, None]).T @ (value - mean))
+            low, high = value.min(0), value.max(0)
+            wide = (high - low) * (np.arange(7) < 3)
+            field = np.clip(field, low - wide, high + wide)
+            slip, base.path[rows[mine]], base.way[rows[mine]] = (
+                field[:, :3] @ frame.T, field[:, 3], field[:, 4:] @ frame.T)
+            way, path = base.way[rows[mine]], base.path[rows[mine]]  # never longer than its path
+            base.way[rows[mine]] = way * np.minimum(1, path / np.maximum(np.linalg.norm(way, axis=1), TINY)
+                                                    )[:, None]
+            told[mine] = np.minimum(xi[mine, :2].min(1), 1 - xi[mine, :2].sum(1)) >= 0
+            beyond += int((~told[mine]).sum())
+            slip = self.returned(p, at[mine], xi[mine], s[mine], slip, path)
+            dual = np.linalg.inv(frame_of(corners[mine]))[:, :2]
+            start[mine] = xi[mine, :2] - np.einsum('nid,nd->ni', dual, slip)
+        ledger.judge('history of new cells', (p.start[at] - start)[told], c.who[rows][told])
+        ledger.leave('history', 'new cells over another facet at first', beyond)
+        return told
+
+    def returned(self, p: Points, at: Array, xi: Array, s: Array, slip: Array, path: Array) -> Array:
+        """What the law leaves of an elastic slip at the old places, (4.3)."""
+        pair, x = self.pair, self.x_old
+        e = frame_of(x[pair.facets[p.host[at]]])[:, :, 2]
+        lay = pair.lay_of(p, at, xi[:, :2], e, s, x) if pair.mu[0] != pair.mu[1] else unit(
+            x[pair.facets[p.host[at], 0]] - x[pair.facets[p.host[at], 2]])
+        axes, mu = np.stack([lay, cross(e, lay)], 1), self.coefficients(path)
+        depth = np.maximum(0, -xi[:, 2] - p.offset[at])
+        if pair.cap > 0:
+            depth = np.minimum(depth, pair.cap / pair.density / mu.max(1))
+        trial, bound = np.einsum('nid,nd->ni', axes, slip), np.where(mu > 0, mu, TINY)
+        kappa = (mu.min(1, keepdims=True) / bound) ** pair.rule if pair.mu.min() > 0 else np.ones_like(mu)
+        low, high = np.zeros(len(at)), np.full(len(at), 1e9)
+        for _ in range(100):  # gamma by bisection: the way over the cone shrinks with it
+            gamma = 0.5 * (low + high)
+            out = np.linalg.norm(trial / (1 + gamma[:, None] * kappa) / bound, axis=1) > depth
+            low, high = np.where(out, gamma, low), np.where(out, high, gamma)
+        inside = np.linalg.norm(trial / bound, axis=1) <= depth
+        left = np.where(inside[:, None], trial, trial / (1 + high[:, None] * kappa))
+        return np.einsum('nid,ni->nd', axes, np.where((depth > 0)[:, None], left, 0))
+
+    def coefficients(self, path: Array) -> Array:
+        """Coefficients of friction at points, (n, 2)."""
+        mu, decay = np.broadcast_to(self.pair.mu, (len(path), 2)), self.pair.decay
+        if decay[2] > 0:
+            mu = decay[:2] + (mu - decay[:2]) * np.exp(-path / decay[2])[:, None]
+        return mu
+
+    def starts(self, p: Points, at: Array, known: Array) -> None:
+        """Start apexes of points that were closed before."""
+        pair, ledger, old, who = self.pair, self.ledger, self.old, self.who(p, at)
+        assert old is not None
+        kept = known & (old.host[at] == p.host[at])
+        # over an edge and back again costs digits, on curved facets those of two projections
+        ledger.judge('history', (p.start[at] - old.tip[at])[kept], who[kept], 1e-6 if pair.bent else 0)
+        crossed = np.flatnonzero(known & (old.host[at] != p.host[at]))
+        places = [pair.unfold(old.host[i], p.host[i], old.tip[i], self.x_old) for i in at[crossed]]
+        told = [i for i, place in enumerate(places) if place is not None]
+        ledger.judge('history over an edge', [np.abs(places[i] - p.start[at[crossed[i]]]).max()
+                                              for i in told], who[crossed[told]])
+        ledger.leave('history', 'over several edges, or a curved one', len(crossed) - len(told))
+
+    def cover(self, p: Points) -> None:
+        """Points of slave facets: never more than the facet, and exact where they cover it."""
+        pair, ledger, x0 = self.pair, self.ledger, self.pair.run.x0
+        used = p.area > 0
+        nodes, m, area = p.nodes[used], p.weight[used], p.area[used]
+        if not len(area):
+            return
+        keys, group = np.unique(nodes, axis=0, return_inverse=True)
+        corners = x0[keys[:, :3]]
+        whole = 0.5 * np.linalg.norm(cross(corners[:, 0] - corners[:, 2],
+                                           corners[:, 1] - corners[:, 2]), axis=1)
+        part = area / whole[group.ravel()]
+        share = np.bincount(group.ravel(), part)
+        flat, who = np.ones(len(keys), bool), pair.run.numbers[keys[:, 0]]
+        if nodes.shape[1] > 3:
+            middle = 0.5 * (corners + corners[:, [1, 2, 0]])
+            flat = np.abs(x0[keys[:, 3:]] - middle).max((1, 2)) < 1e-9 * pair.edge
+        ledger.judge('cells: no overlap', np.maximum(0, share - 1)[flat], who[flat])
+        ledger.leave('cells: no overlap', 'curved slave facets', (~flat).sum())
+        full = flat & (np.abs(share - 1) < 1e-9)
+        over = np.array([f for f in np.flatnonzero(flat & ~full)
+                         if pair.is_over(self.x[keys[f, :3]], self.x)], int)
+        ledger.judge('cells: cover what is over', share[over] - 1, who[over])
+        if nodes.shape[1] == 3:
+            moments = np.zeros((len(keys), 3, 3))
+            np.add.at(moments, group.ravel(), part[:, None, None] * m[:, :, None] * m[:, None, :])
+            ledger.judge('cells: exact on whole facets', (moments - (1 + np.eye(3)) / 12)[full], who[full])

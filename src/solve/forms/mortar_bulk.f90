@@ -1,0 +1,224 @@
+!> A bulk that is not linear under multipliers: each round condenses its tangent anew and moves it
+!! by their forces (doc/theory, "Mortar contact", eqs. (7.19), (7.20), (7.21)).
+module mortar_bulk
+  use kinds, only: wp
+  use costs, only: cost_t
+  use lapack_interface, only: dsymv
+  use back_ends, only: solver_done, solver_not_definite
+  use bulk_term, only: form_bulk_force, bulk_step
+  use block_matrix, only: find_block
+  use bulk_factors, only: condense_at
+  use condensation, only: reduce_body, complete_body
+  use condensed_types, only: condensed_body_t
+  use model_types, only: model_t
+  use mortar_system, only: mortar_system_t, join_rows, find_gaps, take_cones
+  use force_scales, only: note_forces, force_scale
+  use residuals, only: residual_norm, estimate_round_off, round_off_factor
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: linearise_bulk, take_gaps, move_bulk, is_in_balance
+
+contains
+
+  !> Condenses the tangent at the iterate, or at the last state where what is prescribed jumps. What
+  !! forces out of balance without contact make of the candidates stands in for the influence of
+  !! loads on a linear bulk.
+  subroutine linearise_bulk(system, x, outcome)
+    type(system_t), intent(inout) :: system !! u, bulk_force given; gets bodies, loaded, pushes
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(out) :: outcome !! as in back_ends
+    real(wp) :: u(3, size(x, 2))
+    integer :: b, i
+
+    u = system%u
+    if (system%inner%linearised) u = system%inner%u_start
+    call condense_at(system, u, spread(.true., 1, system%body%bodies), outcome)
+    if (outcome == solver_not_definite .and. system%condensed%refusals == 0) then
+      system%condensed%refusals = 1
+      call condense_at(system, u, spread(.true., 1, system%body%bodies), outcome)
+    end if
+    if (outcome /= solver_done) return
+    associate (condensed => system%condensed)
+      condensed%rigid%alpha = 0.0_wp
+      condensed%rigid%hold = spread(condensed%rigid%alpha, 2, condensed%rigid%modes)
+      condensed%outer%factors = [1.0_wp]
+      condensed%outer%pushes = reshape(condensed%rigid%alpha, [condensed%rigid%modes, 1])
+      u = free_forces(system)
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          if (.not. allocated(body%node)) cycle
+          if (body%motions%n > 0) call find_modes(system, b)
+          call reduce_body(body, u, 0.0_wp, system%costs)
+          call displace(body, body%reduced(body%equation), &
+            condensed%outer%loaded(body%first + 1:body%first + body%m))
+        end associate
+      end do
+      do i = 1, condensed%n
+        condensed%outer%loaded(i) = condensed%outer%loaded(i) &
+          + system%u(condensed%direction(i), condensed%node(i))
+      end do
+    end associate
+  end subroutine linearise_bulk
+
+  !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
+  !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
+  subroutine take_gaps(model, system, unknowns)
+    type(model_t), intent(in) :: model !! pairs with their multipliers
+    type(system_t), intent(inout) :: system !! u given; gets loaded
+    type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
+    integer :: i, k
+
+    associate (condensed => system%condensed)
+      do i = 1, condensed%n
+        condensed%outer%loaded(i) = system%u(condensed%direction(i), condensed%node(i))
+      end do
+    end associate
+    call join_rows(model, unknowns)
+    call find_gaps(model, system, model%mesh%x + system%u, unknowns)
+    do i = 1, unknowns%n
+      do k = 1, 3
+        if (system%equation(k, unknowns%rows%node(i)) > 0) cycle
+        associate (d => unknowns%rows%frame(k, :, i), gap => unknowns%gap(3*i - 2:3*i))
+          gap = gap - dot_product(d, gap)*d
+        end associate
+      end do
+    end do
+    allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
+    do i = 1, 3*unknowns%n
+      unknowns%compliance(i, i) = 1.0_wp/system%scale%stiffest
+    end do
+    call take_cones(model, unknowns)
+  end subroutine take_gaps
+
+  !> Forces out of balance without contact.
+  pure function free_forces(system) result(force)
+    type(system_t), intent(in) :: system !! loads, bulk_force
+    real(wp) :: force(3, size(system%u, 2))
+
+    force = merge(system%loads%external - system%inner%bulk_force, 0.0_wp, system%equation > 0)
+  end function free_forces
+
+  !> What fixings let a body do for a unit at each of them, the work of forces out of balance on
+  !! that, and what resists it, eq. (7.21).
+  subroutine find_modes(system, b)
+    type(system_t), intent(inout) :: system !! condensed; gets modes of a body, pushes, hold
+    integer, intent(in) :: b !! the body
+    real(wp) :: way(3, size(system%u, 2)), spring(system%condensed%bodies(b)%motions%n)
+    integer :: k, l
+
+    spring = pin_springs(system, b)
+    way = 0.0_wp
+    associate (condensed => system%condensed, body => system%condensed%bodies(b), &
+      first => system%condensed%bodies(b)%first_mode)
+      do l = 1, body%motions%n
+        call answer_body(body, pin_forces(system, b, merge(spring, 0.0_wp, &
+          [(k == l, k=1, body%motions%n)])), spread(0.0_wp, 1, body%m), system%costs, way)
+        do k = 1, body%m
+          body%modes(k, l) = way(body%direction(body%equation(k)), body%node(body%equation(k)))
+        end do
+        condensed%outer%pushes(first + l, 1) = sum(way*free_forces(system))
+        condensed%rigid%hold(first + l, first + l) = spring(l)
+        do k = 1, body%motions%n
+          associate (at => condensed%rigid%hold(first + k, first + l))
+            at = at - spring(k)*way(body%fixing_direction(k), body%fixing_node(k))
+          end associate
+        end do
+      end do
+    end associate
+  end subroutine find_modes
+
+  !> Stiffness of the springs at the fixings of a body.
+  pure function pin_springs(system, b) result(spring)
+    type(system_t), intent(in) :: system !! the matrix that was condensed
+    integer, intent(in) :: b !! the body
+    real(wp) :: spring(system%condensed%bodies(b)%motions%n)
+    integer :: k
+
+    associate (body => system%condensed%bodies(b), blocks => system%whole%bulk_matrix)
+      do k = 1, size(spring)
+        spring(k) = blocks%val(body%fixing_direction(k), body%fixing_direction(k), &
+          find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
+      end do
+    end associate
+  end function pin_springs
+
+  !> Forces at the fixings of a body as a nodal field.
+  pure function pin_forces(system, b, at_pins) result(force)
+    type(system_t), intent(in) :: system !! condensed
+    integer, intent(in) :: b !! the body
+    real(wp), intent(in) :: at_pins(:) !! (motions) [force]
+    real(wp) :: force(3, size(system%u, 2))
+    integer :: k
+
+    force = 0.0_wp
+    associate (body => system%condensed%bodies(b))
+      do k = 1, size(at_pins)
+        force(body%fixing_direction(k), body%fixing_node(k)) = at_pins(k)
+      end do
+    end associate
+  end function pin_forces
+
+  !> Displacements of a body with fixings under forces and contact.
+  subroutine answer_body(body, force, contact, costs, way)
+    type(condensed_body_t), intent(inout) :: body !! condensed; reduced changes
+    real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
+    real(wp), intent(in) :: contact(:) !! (m) at the candidates [force]
+    type(cost_t), intent(inout) :: costs !! cost table
+    real(wp), intent(inout) :: way(:, :) !! (3, nodes) gets those of the body [length]
+    real(wp) :: moved(body%m)
+
+    call reduce_body(body, force, 0.0_wp, costs)
+    call displace(body, body%reduced(body%equation) - contact, moved)
+    call complete_body(body, moved, way, costs)
+  end subroutine answer_body
+
+  !> Moves the bulk by the forces of multipliers and by what it lacked, as far as no element turns
+  !! inside out; what it lacks then.
+  subroutine move_bulk(system, x, share)
+    type(system_t), intent(inout) :: system !! condensed, its forces and motions; gets u, right
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(out) :: share !! of the way that it has gone
+    integer :: b
+
+    system%du = 0.0_wp
+    associate (condensed => system%condensed)
+      do b = 1, size(condensed%bodies)
+        associate (body => condensed%bodies(b))
+          if (.not. allocated(body%node)) cycle
+          call answer_body(body, free_forces(system) + pin_forces(system, b, pin_springs(system, &
+            b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode + body%motions%n)), &
+            condensed%bulk%force(body%first + 1:body%first + body%m), system%costs, system%du)
+        end associate
+      end do
+    end associate
+    where (system%equation == 0) system%du = 0.0_wp
+    call bulk_step(x, system, share)
+    system%u = system%u + share*system%du
+    system%inner%linearised = .false.
+    call form_bulk_force(x, system)
+    call system%form%gather(system, 0.0_wp, .false.)
+    call note_forces(system)
+  end subroutine move_bulk
+
+  !> The bulk is in balance with the forces of multipliers.
+  logical function is_in_balance(system, x, wanted) result(balanced)
+    type(system_t), intent(inout) :: system !! right given; gets round_off
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: wanted !! residual over forces
+
+    call estimate_round_off(system, x)
+    balanced = residual_norm(system) <= max(wanted*force_scale(system), &
+      round_off_factor*system%scale%round_off)
+  end function is_in_balance
+
+  !> Displacements of the candidates of a body under forces there.
+  subroutine displace(body, force, moved)
+    type(condensed_body_t), intent(in) :: body !! its compliance
+    real(wp), intent(in) :: force(:) !! (m) [force]
+    real(wp), intent(inout) :: moved(:) !! (m) [length]
+
+    if (body%m > 0) call dsymv('L', body%m, 1.0_wp, body%compliance, body%m, force, 1, 0.0_wp, &
+      moved, 1)
+  end subroutine displace
+end module mortar_bulk
