@@ -55,10 +55,10 @@ run_part() {
 }
 
 # What is left to test-more of the folders of tests: those that reach few lines of src beyond the
-# others for the time they take in debug, and bench, which is about the benchmark's Python.
+# others for the time they take in debug, forms, a comparison of minutes, and bench, which is about the benchmark's Python.
 is_left() {
   case $1 in
-  bench-* | files-debug | properties-debug | restart-debug | stress-debug | surfaces-debug | \
+  bench-* | files-debug | forms-* | properties-debug | restart-debug | stress-debug | surfaces-debug | \
     tracks-debug | turned-debug) ;;
   *) return 1 ;;
   esac
