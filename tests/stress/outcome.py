@@ -94,15 +94,16 @@ def common_faults(outcome, scene):
 def friction_faults(outcome, scene):
     """Ft <= mu Fn, criterion <= round-off."""
     worst_ft = worst_criterion = 0.0
-    # weights and frames of MORTar settle to 1e-6
-    settled = 1e-5 if scene.deck.form == 'MORTar' else 1e-9
+    # law, weights and frames of MORTar settle to 1e-9 of the forces, with rigid bodies to 1e-6
+    settled = 1e-6 if scene.deck.form == 'MORTar' else 1e-9
     for _, _, pair, values in outcome.con:
         if pair not in scene.mus:
             continue
         mu1, mu2 = scene.mus[pair]
         normal, tangential, depth, criterion = values[3], values[4], values[11], values[13]
         bound = max(mu1, mu2)*normal
-        if tangential > bound*(1.0 + settled) + 1e-300:
+        slack = settled*(normal if scene.deck.form == 'MORTar' else bound)
+        if tangential > bound + slack + 1e-300:
             worst_ft = max(worst_ft, (tangential - bound)/max(normal, 1e-300))
         if min(mu1, mu2) > 0.0:
             allowed = 1e-9*depth + 1e-14*scene.factor/min(mu1, mu2)

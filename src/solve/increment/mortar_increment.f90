@@ -195,7 +195,7 @@ contains
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     type(trail_t), intent(inout) :: trail !! the rounds so far
     type(mortar_system_t), intent(inout) :: unknowns !! gaps at these weights
-    real(wp), allocatable :: way(:, :), x(:, :)
+    real(wp), dimension(3, size(trail%x, 2)) :: way, x
     real(wp) :: share, change
 
     x = system%position%x_now
