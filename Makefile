@@ -273,7 +273,7 @@ build/venv-pictures/stamp: postproc/requirements-pictures.txt build/venv/stamp .
 test-pictures: build/venv-pictures/stamp mfec ## the Python package with VTK and PyVista (100 MB of wheels)
 	@python3 tests/package_test build/venv-pictures
 
-test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec $(PROGRAM_debug) ## what `make test` leaves out: sanitised, slow debug parts, package, manuals, installation, a stranger's path, clean root (MORE=quick: without slow debug parts and clean roots)
+test-more: build/venv-pictures/stamp build/venv/gmsh.stamp mfec $(PROGRAM_debug) ## what `make test` leaves out: sanitised, slow debug parts, package, manuals, installation, a stranger's path, clean root (MORE=quick: without sanitised, slow debug parts and clean roots)
 	@tests/more $(MORE)
 
 verify: build/venv/stamp build/venv/gmsh.stamp mfec ## compare with closed forms and published values (SEED=n; SEEDS=10: their spread)
