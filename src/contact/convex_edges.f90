@@ -1,4 +1,4 @@
-!> Ridges: sharp convex edges of a master, where the apex alone does not tell the facet (doc/theory,
+!> Sharp convex edges of a master, where the apex alone does not tell the facet (doc/theory,
 !! "Convex feature edges").
 !!
 !! A point that is below both facets of a convex edge of 90 degrees projects into both of them,

@@ -65,7 +65,7 @@ contains
     do i = 1, nodes%n
       nodes%force(:, i) = matmul(nodes%frame(:, :, i), force(3*i - 2:3*i))
     end do
-    ! what a penalty product is not slip or gap of the surfaces, but their depth and elastic slip
+    ! what a penalty lets in is not slip or gap of the surfaces, but their depth and elastic slip
     nodes%gap = reshape(gap - reshape(spread(nodes%compliance, 1, 3), [3*nodes%n])*force, [3, &
       nodes%n])
     nodes%status = merge(merge(status_slip, status_stick, slips), status_open, closed)

@@ -1,5 +1,5 @@
-!> Points of other forms beside multipliers at nodes: each is a multiplier that product by its
-!! penalty (doc/theory, "Mortar contact", eq. (7.22)).
+!> Points of other forms beside multipliers at nodes: each is a multiplier that gives way by
+!! its penalty (doc/theory, "Mortar contact", eq. (7.22)).
 module mortar_points
   use kinds, only: wp
   use contact_types, only: pair_t
@@ -9,16 +9,35 @@ module mortar_points
   use smooth_normals, only: project_on_master
   use mortar_functions, only: frame_of
   use mortar_types, only: mortar_t
-  use mortar_weights, only: under_t, look_under
+  use mortar_weights, only: under_t, look_under, weigh_nodes
+  use mortar_history, only: take_history
   implicit none
   private
-  public :: weigh_points, take_point_history, keep_points
+  public :: weigh_pair, keep_points
 
   !> Points that are farther from the master than this share of a facet are no unknowns: each round
   !! looks anew.
   real(wp), parameter :: far_away = 0.25_wp
 
 contains
+
+  !> Rows, frames and history of a pair with its bodies at x, and forces to begin with from its last
+  !! iterate: of its multipliers, or of its points if it has another form.
+  pure subroutine weigh_pair(pair, used, x, x_old, nodes)
+    type(pair_t), intent(in) :: pair !! points, multipliers of the last iterate
+    logical, intent(in) :: used(:) !! (points) that count
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    type(mortar_t), intent(out) :: nodes !! gets all but gaps and status
+
+    if (pair%mortar) then
+      call weigh_nodes(pair, used, x, nodes)
+      call take_history(pair%old_nodes, pair%nodes, nodes)
+    else
+      call weigh_points(pair, used, x, nodes)
+      call take_point_history(pair, x_old, nodes)
+    end if
+  end subroutine weigh_pair
 
   !> Rows and frames of the points of a pair with its bodies at x. Slip is what lies between a point
   !! and its apex; a point that was open has none yet.

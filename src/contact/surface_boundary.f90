@@ -1,5 +1,5 @@
-!> Rims of a master: whether a point is still over the surface, and which of two faces side by side
-!! it belongs to (doc/theory, "Boundary edges", eq. (10.1)).
+!> Boundary of a master: whether a point is still over the surface, and which of two faces side by
+!! side it belongs to (doc/theory, "Boundary edges", eq. (10.1)).
 !!
 !! A node stands for the area around it. At the boundary of its own surface all of that lies on one
 !! side of it: bodies that lie edge on edge stay in contact there, whichever edge has moved farther.

@@ -10,9 +10,8 @@ module restored_balance
   use increment_start, only: take_overlaps, begin_at
   use model_types, only: model_t
   use mortar_types, only: mortar_t
-  use mortar_weights, only: weigh_nodes
-  use mortar_history, only: take_history, add_forces
-  use mortar_points, only: weigh_points, take_point_history
+  use mortar_history, only: add_forces
+  use mortar_points, only: weigh_pair
   use elmlib, only: routine_none
   use residuals, only: form_residual, residual_norm, estimate_round_off
   use result_types, only: saved_state_t
@@ -117,15 +116,8 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k), first => system%place%first_point(k), &
         last => system%place%first_point(k + 1) - 1)
-        if (pair%mortar) then
-          call weigh_nodes(pair, system%contact%routine(first:last) /= routine_none, &
-            system%position%x_now, nodes)
-          call take_history(pair%old_nodes, pair%old_nodes, nodes)
-        else
-          call weigh_points(pair, system%contact%routine(first:last) /= routine_none, &
-            system%position%x_now, nodes)
-          call take_point_history(pair, system%position%x_now, nodes)
-        end if
+        call weigh_pair(pair, system%contact%routine(first:last) /= routine_none, &
+          system%position%x_now, system%position%x_now, nodes)
         call add_forces(nodes, system%contact_force)
       end associate
     end do

@@ -106,6 +106,7 @@ contains
       end if
       if (model%pairs(k)%mortar) model%pairs(k)%old_nodes = multipliers_of( &
         saved%pairs(k)%multipliers)
+      model%pairs(k)%nodes = model%pairs(k)%old_nodes
       targets(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
         saved%pairs(k)%coupled
     end do

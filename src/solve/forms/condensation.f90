@@ -159,8 +159,8 @@ contains
     if (info /= 0) outcome = solver_failed
   end subroutine form_compliance
 
-  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20). Pins
-  !! stay: they are springs that the motions of the body know of.
+  !> C = (I - C' D)^-1 C' from the compliance C' with springs D on the candidates, eq. (7.20).
+  !! Fixings stay: they are springs that the motions of the body know of.
   subroutine take_shift_out(blocks, body, outcome)
     type(block_matrix_t), intent(in) :: blocks !! stiffness of all bodies
     type(condensed_body_t), intent(inout) :: body !! compliance with springs given; without them

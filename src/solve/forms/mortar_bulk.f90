@@ -11,7 +11,7 @@ module mortar_bulk
   use condensation, only: reduce_body, complete_body
   use condensed_types, only: condensed_body_t
   use model_types, only: model_t
-  use mortar_system, only: mortar_system_t, join_rows, find_gaps, take_cones
+  use mortar_unknowns, only: mortar_system_t, join_rows, find_gaps, take_cones, across
   use force_scales, only: note_forces, force_scale
   use residuals, only: residual_norm, estimate_round_off, round_off_factor
   use system_types, only: system_t
@@ -67,7 +67,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(inout) :: system !! u given; gets loaded
     type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
-    integer :: i, k
+    integer :: i
 
     associate (condensed => system%condensed)
       do i = 1, condensed%n
@@ -77,12 +77,10 @@ contains
     call join_rows(model, unknowns)
     call find_gaps(model, system, model%mesh%x + system%u, unknowns)
     do i = 1, unknowns%n
-      do k = 1, 3
-        if (system%equation(k, unknowns%rows%node(i)) > 0) cycle
-        associate (d => unknowns%rows%frame(k, :, i), gap => unknowns%gap(3*i - 2:3*i))
-          gap = gap - dot_product(d, gap)*d
-        end associate
-      end do
+      associate (gap => unknowns%gap(3*i - 2:3*i))
+        gap = matmul(across(system%equation(:, unknowns%rows%node(i)) > 0, &
+          unknowns%rows%frame(:, :, i)), gap)
+      end associate
     end do
     allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
     do i = 1, 3*unknowns%n
@@ -107,12 +105,12 @@ contains
     real(wp) :: way(3, size(system%u, 2)), spring(system%condensed%bodies(b)%motions%n)
     integer :: k, l
 
-    spring = pin_springs(system, b)
+    spring = fixing_springs(system, b)
     way = 0.0_wp
     associate (condensed => system%condensed, body => system%condensed%bodies(b), &
       first => system%condensed%bodies(b)%first_mode)
       do l = 1, body%motions%n
-        call answer_body(body, pin_forces(system, b, merge(spring, 0.0_wp, &
+        call answer_body(body, fixing_forces(system, b, merge(spring, 0.0_wp, &
           [(k == l, k=1, body%motions%n)])), spread(0.0_wp, 1, body%m), system%costs, way)
         do k = 1, body%m
           body%modes(k, l) = way(body%direction(body%equation(k)), body%node(body%equation(k)))
@@ -129,7 +127,7 @@ contains
   end subroutine find_modes
 
   !> Stiffness of the springs at the fixings of a body.
-  pure function pin_springs(system, b) result(spring)
+  pure function fixing_springs(system, b) result(spring)
     type(system_t), intent(in) :: system !! the matrix that was condensed
     integer, intent(in) :: b !! the body
     real(wp) :: spring(system%condensed%bodies(b)%motions%n)
@@ -141,23 +139,23 @@ contains
           find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
       end do
     end associate
-  end function pin_springs
+  end function fixing_springs
 
   !> Forces at the fixings of a body as a nodal field.
-  pure function pin_forces(system, b, at_pins) result(force)
+  pure function fixing_forces(system, b, at_fixings) result(force)
     type(system_t), intent(in) :: system !! condensed
     integer, intent(in) :: b !! the body
-    real(wp), intent(in) :: at_pins(:) !! (motions) [force]
+    real(wp), intent(in) :: at_fixings(:) !! (motions) [force]
     real(wp) :: force(3, size(system%u, 2))
     integer :: k
 
     force = 0.0_wp
     associate (body => system%condensed%bodies(b))
-      do k = 1, size(at_pins)
-        force(body%fixing_direction(k), body%fixing_node(k)) = at_pins(k)
+      do k = 1, size(at_fixings)
+        force(body%fixing_direction(k), body%fixing_node(k)) = at_fixings(k)
       end do
     end associate
-  end function pin_forces
+  end function fixing_forces
 
   !> Displacements of a body with fixings under forces and contact.
   subroutine answer_body(body, force, contact, costs, way)
@@ -186,8 +184,9 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
-          call answer_body(body, free_forces(system) + pin_forces(system, b, pin_springs(system, &
-            b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode + body%motions%n)), &
+          call answer_body(body, free_forces(system) + fixing_forces(system, b, &
+            fixing_springs(system, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
+            + body%motions%n)), &
             condensed%bulk%force(body%first + 1:body%first + body%m), system%costs, system%du)
         end associate
       end do

@@ -4,7 +4,7 @@ module mortar_newton
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs
   use mortar_cone, only: project_on_cone
-  use mortar_system, only: mortar_system_t
+  use mortar_unknowns, only: mortar_system_t
   implicit none
   private
   public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &

@@ -1,0 +1,203 @@
+!> What bodies and rigid motions do to multipliers: compliance and motions along their frames
+!! (doc/theory, "Mortar contact", eq. (7.17)).
+module mortar_compliance
+  use kinds, only: wp
+  use condensed_types, only: condensed_t, condensed_body_t
+  use rigid_bodies, only: rigid_motion, loads_on_rigid
+  use tree_compliance, only: apply_tree
+  use mortar_unknowns, only: mortar_rows_t, mortar_system_t
+  use system_types, only: system_t
+  implicit none
+  private
+  public :: add_body, find_motions
+
+contains
+
+  !> What a body adds to the compliance: G = B C B_f^T, eq. (7.17).
+  subroutine add_body(condensed, body, unknowns)
+    type(condensed_t), intent(in) :: condensed !! live candidates
+    type(condensed_body_t), intent(in) :: body !! its compliance
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets compliance
+    real(wp) :: moved(3, body%n_live)
+    integer :: own(3, size(unknowns%rows%column)), i, l
+    logical :: touches(unknowns%n)
+
+    associate (rows => unknowns%rows)
+      own = own_candidates(condensed, body, rows%column)
+      do i = 1, unknowns%n
+        touches(i) = any(own(:, rows%first(i):rows%first(i + 1) - 1) > 0)
+      end do
+      !$omp parallel do schedule(dynamic, 8) default(none) shared(unknowns, body, own, touches) &
+      !$omp& private(l, i, moved)
+      do l = 1, unknowns%n
+        if (.not. touches(l)) cycle
+        call product_with(body, own, unknowns%rows, l, moved)
+        do i = 1, unknowns%n
+          if (touches(i)) call add_block(own, unknowns%rows, i, l, moved, &
+            unknowns%compliance(3*i - 2:3*i, 3*l - 2:3*l))
+        end do
+      end do
+      !$omp end parallel do
+    end associate
+  end subroutine add_body
+
+  !> Live candidates of a body at nodes, 0 for none.
+  pure function own_candidates(condensed, body, node) result(own)
+    type(condensed_t), intent(in) :: condensed !! live candidates
+    type(condensed_body_t), intent(in) :: body !! one of its bodies
+    integer, intent(in) :: node(:) !! (entries) nodes
+    integer :: own(3, size(node)), e, k, i
+
+    own = 0
+    do e = 1, size(node)
+      do k = 1, 3
+        if (condensed%place(k, node(e)) == 0) cycle
+        i = condensed%alive%live_place(condensed%place(k, node(e))) - body%first_live
+        if (i >= 1 .and. i <= body%n_live) own(k, e) = i
+      end do
+    end do
+  end function own_candidates
+
+  !> What a body does where it is live under forces 1 along x, y and z of one multiplier.
+  subroutine product_with(body, own, rows, l, moved)
+    type(condensed_body_t), intent(in) :: body !! its compliance
+    integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
+    type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
+    integer, intent(in) :: l !! the multiplier
+    real(wp), intent(out) :: moved(:, :) !! (force, n_live) [length/force]
+    real(wp) :: force(size(moved, 2)), way(size(moved, 2))
+    integer :: e, k
+
+    do k = 1, 3
+      way = 0.0_wp
+      if (body%tree%used) then
+        force = 0.0_wp
+        do e = rows%first(l), rows%first(l + 1) - 1
+          if (own(k, e) > 0) force(own(k, e)) = rows%now(e)
+        end do
+        if (any(abs(force) > 0.0_wp)) call apply_tree(body, body%gathered, force, way)
+      else
+        do e = rows%first(l), rows%first(l + 1) - 1
+          if (own(k, e) > 0) way = way + rows%now(e) &
+            *body%live(body%skipped + 1:body%skipped + size(way), own(k, e))
+        end do
+      end if
+      moved(k, :) = way
+    end do
+  end subroutine product_with
+
+  !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
+  pure subroutine add_block(own, rows, i, l, moved, block)
+    integer, intent(in) :: own(:, :) !! (3, entries) live candidates of the body, 0 for none
+    type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
+    integer, intent(in) :: i !! the one that moves
+    integer, intent(in) :: l !! the one whose force acts
+    real(wp), intent(in) :: moved(:, :) !! (force, n_live) ways of the body [length/force]
+    real(wp), intent(inout) :: block(3, 3) !! (frame of i, frame of l) of the compliance
+    real(wp) :: now(3, 3), before(3, 3), ways(3, 3)
+    integer :: e, k
+
+    now = 0.0_wp
+    before = 0.0_wp
+    do e = rows%first(i), rows%first(i + 1) - 1
+      do k = 1, 3
+        if (own(k, e) == 0) cycle
+        now(:, k) = now(:, k) + rows%now(e)*moved(:, own(k, e))
+        before(:, k) = before(:, k) + rows%before(e)*moved(:, own(k, e))
+      end do
+    end do
+    ways(:, 1:2) = matmul(before, rows%frame(:, 1:2, i))
+    ways(:, 3) = matmul(now, rows%frame(:, 3, i))
+    block = block + matmul(transpose(ways), rows%frame(:, :, l))
+  end subroutine add_block
+
+  !> What rigid motions do to the multipliers, work of the forces on these, and that of the loads.
+  pure subroutine find_motions(system, unknowns)
+    type(system_t), intent(in) :: system !! bodies, rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    integer :: b, i
+
+    associate (condensed => system%condensed, modes => system%condensed%rigid%modes &
+      + system%tools%border%n)
+      unknowns%motion = reshape([real(wp) ::], [3*unknowns%n, modes], [0.0_wp])
+      unknowns%push = unknowns%motion
+      unknowns%load = spread(0.0_wp, 1, modes)
+      if (modes == 0) return
+      if (condensed%rigid%modes > 0) unknowns%load(:condensed%rigid%modes) = &
+        matmul(condensed%outer%pushes, condensed%outer%factors)
+      do b = 1, size(condensed%bodies)
+        if (condensed%bodies(b)%n_live == 0 .or. condensed%bodies(b)%motions%n == 0) cycle
+        associate (own => own_candidates(condensed, condensed%bodies(b), unknowns%rows%column))
+          do i = 1, unknowns%n
+            call add_motions(condensed%bodies(b), own, i, unknowns)
+          end do
+        end associate
+      end do
+    end associate
+    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
+  end subroutine find_motions
+
+  !> What rigid motions of a body do to a multiplier, and its force to them.
+  pure subroutine add_motions(body, own, i, unknowns)
+    type(condensed_body_t), intent(in) :: body !! its motions
+    integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
+    integer, intent(in) :: i !! the multiplier
+    type(mortar_system_t), intent(inout) :: unknowns !! gets motion, push
+    real(wp) :: now(3, body%motions%n), before(3, body%motions%n)
+    integer :: e, k
+
+    now = 0.0_wp
+    before = 0.0_wp
+    associate (rows => unknowns%rows)
+      do e = rows%first(i), rows%first(i + 1) - 1
+        do k = 1, 3
+          if (own(k, e) == 0) cycle
+          now(k, :) = now(k, :) + rows%now(e)*body%modes(body%gathered(own(k, e)), :)
+          before(k, :) = before(k, :) + rows%before(e)*body%modes(body%gathered(own(k, e)), :)
+        end do
+      end do
+    end associate
+    call put_motions(i, body%first_mode, now, before, unknowns)
+  end subroutine add_motions
+
+  !> Free motions of rigid bodies with a point, to first order about where they are; what acts on
+  !! them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
+  pure subroutine add_rigid(system, unknowns)
+    type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    integer :: i, e
+
+    associate (rows => unknowns%rows, n => system%condensed%rigid%modes)
+      unknowns%load(n + 1:) = loads_on_rigid(system)
+      do i = 1, unknowns%n
+        now = 0.0_wp
+        before = 0.0_wp
+        do e = rows%first(i), rows%first(i + 1) - 1
+          if (system%tools%carried_by(rows%column(e)) == 0) cycle
+          of_node = rigid_motion(system, rows%column(e))
+          now = now + rows%now(e)*of_node
+          before = before + rows%before(e)*of_node
+        end do
+        call put_motions(i, n, now, before, unknowns)
+      end do
+    end associate
+  end subroutine add_rigid
+
+  !> Motions of the places under a multiplier, now and for slip, along its frame.
+  pure subroutine put_motions(i, n, now, before, unknowns)
+    integer, intent(in) :: i !! the multiplier
+    integer, intent(in) :: n !! motions before these
+    real(wp), intent(in) :: now(:, :), before(:, :) !! (3, motions) in space
+    type(mortar_system_t), intent(inout) :: unknowns !! adds to motion, push
+
+    associate (frame => unknowns%rows%frame(:, :, i), first => n + 1, last => n + size(now, 2))
+      associate (push => unknowns%push(3*i - 2:3*i, first:last), &
+        motion => unknowns%motion(3*i - 2:3*i, first:last))
+        push = push + matmul(transpose(frame), now)
+        motion(1:2, :) = motion(1:2, :) + matmul(transpose(frame(:, 1:2)), before)
+        motion(3, :) = motion(3, :) + matmul(frame(:, 3), now)
+      end associate
+    end associate
+  end subroutine put_motions
+end module mortar_compliance

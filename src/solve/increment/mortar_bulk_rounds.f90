@@ -1,0 +1,154 @@
+!> Rounds of an increment with multipliers where the bulk is not linear: steps of Newton's method at
+!! present weights, until bulk and law are in balance with these (doc/theory, "Mortar contact").
+module mortar_bulk_rounds
+  use kinds, only: wp, machine_epsilon
+  use solution_settings, only: tol_energy
+  use model_types, only: model_t
+  use mortar_unknowns, only: mortar_system_t, local_forces
+  use mortar_system, only: build_mortar, spread_forces
+  use mortar_newton, only: mortar_result_t, mortar_factor_t, solve_multipliers, what_law_lacks
+  use mortar_bulk, only: linearise_bulk, take_gaps, move_bulk, is_in_balance
+  use mortar_rounds, only: most_rounds, law_share, weigh_all, cut_moved, take_result, tell, show_all
+  use back_ends, only: solver_done
+  use bulk_term, only: return_bulk, form_bulk_force
+  use residuals, only: residual_norm, round_off_factor
+  use contact_system, only: load_contact
+  use condensed_system, only: couple_condensed
+  use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
+    outcome_stalled, outcome_restless, outcome_stopped
+  use signals, only: stop_requested
+  use parallel, only: any_rank
+  use monitors, only: monitor_t
+  use system_types, only: system_t, settings_t
+  implicit none
+  private
+  public :: follow_bulk
+
+  !> Weights are foretold after so many rounds, each of whose ways was a share of the one before
+  !! within these bounds: below, rounds settle by themselves.
+  integer, parameter :: least_trail = 3
+  real(wp), parameter :: settles = 0.1_wp, strays = 0.9_wp
+
+  !> Rounds so far.
+  type :: trail_t
+    real(wp), allocatable :: x(:, :) !! (3, nodes) positions of the last round [length]
+    real(wp), allocatable :: way(:, :) !! (3, nodes) its way [length]
+    integer :: rounds = 0 !! since weights were foretold
+  end type trail_t
+
+contains
+
+  !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk
+  !! and law are in balance with these.
+  subroutine follow_bulk(model, system, waits, time, settings, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: cells and multipliers
+    type(system_t), intent(inout) :: system !! u: start, and solution
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    real(wp), intent(in) :: time !! end of the increment
+    type(settings_t), intent(in) :: settings !! tolerances
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! how it ended
+    type(mortar_system_t) :: unknowns
+    real(wp) :: cut_at(3, size(system%u, 2))
+    type(trail_t) :: trail
+    integer :: round, changes
+    logical :: balanced
+
+    changes = 0
+    cut_at = system%position%x_ahead
+    trail%x = system%position%x_now
+    system%form%near = .false.
+    call return_bulk(model%mesh%x, system)
+    call form_bulk_force(model%mesh%x, system)
+    call load_contact(model, system)
+    call couple_condensed(system)
+    do round = 1, most_rounds
+      progress%outcome = outcome_restless
+      call weigh_all(model, system, waits)
+      call take_gaps(model, system, unknowns)
+      associate (z => local_forces(model, unknowns))
+        call spread_forces(model, system)
+        call system%form%gather(system, 0.0_wp, .false.)
+        balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
+        balanced = balanced .and. round > 1 .and. changes == 0 .and. &
+          what_law_lacks(unknowns, z) <= max(law_share*sqrt(settings%asked(tol_energy)) &
+          *maxval([0.0_wp, abs(z)]), &
+          round_off_factor*machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
+      end associate
+      if (balanced) progress%outcome = outcome_converged
+      if (balanced) exit
+      call weigh_ahead(model, system, waits, trail, unknowns)
+      call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
+      if (progress%outcome /= outcome_restless) return
+      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      if (progress%outcome == outcome_stopped) return
+      call cut_moved(model, system, settings, cut_at, changes)
+    end do
+    if (progress%outcome == outcome_converged) call show_all(model, system%contact, system%place)
+  end subroutine follow_bulk
+
+  !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
+  !! of a steep master turn with what they move.
+  subroutine weigh_ahead(model, system, waits, trail, unknowns)
+    type(model_t), intent(inout) :: model !! pairs: multipliers
+    type(system_t), intent(inout) :: system !! x_now; contact elements
+    logical, intent(in) :: waits !! nodes that were open have no friction yet
+    type(trail_t), intent(inout) :: trail !! the rounds so far
+    type(mortar_system_t), intent(inout) :: unknowns !! gaps at these weights
+    real(wp), dimension(3, size(trail%x, 2)) :: way, x
+    real(wp) :: share
+
+    x = system%position%x_now
+    way = x - trail%x
+    trail%x = x
+    trail%rounds = trail%rounds + 1
+    share = 0.0_wp
+    if (trail%rounds > least_trail) share = sum(way*trail%way)/max(sum(trail%way**2), &
+      tiny(1.0_wp))
+    trail%way = way
+    if (abs(share) < settles .or. abs(share) > strays) return
+    trail%rounds = 0
+    system%position%x_now = x + share/(1.0_wp - share)*way
+    call weigh_all(model, system, waits)
+    system%position%x_now = x
+    call take_gaps(model, system, unknowns)
+  end subroutine weigh_ahead
+
+  !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
+  subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
+    type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
+    type(system_t), intent(inout) :: system !! u and forces of contact
+    real(wp), intent(in) :: time !! end of the increment
+    real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
+    class(monitor_t), intent(inout) :: monitor !! hears of the work
+    type(newton_t), intent(inout) :: progress !! solves, outcome
+    type(mortar_system_t) :: unknowns
+    type(mortar_factor_t) :: factor
+    type(mortar_result_t) :: result
+    integer :: outcome
+    real(wp) :: share
+
+    call linearise_bulk(system, model%mesh%x, outcome)
+    if (outcome /= solver_done) progress%outcome = outcome_stalled
+    if (outcome /= solver_done) return
+    call build_mortar(model, system, unknowns)
+    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
+      if (system%condensed%refusals == 0) then
+        call solve_multipliers(unknowns, z, alpha, factor, result)
+      else
+        ! what a compliance that is not definite makes of z alone says nothing of status
+        call solve_multipliers(unknowns, z, alpha, factor, result, gap)
+      end if
+    end associate
+    call take_result(model, unknowns, result, progress, system%costs)
+    if (progress%outcome /= outcome_converged) return
+    call spread_forces(model, system)
+    system%condensed%rigid%alpha = result%motion
+    call move_bulk(system, model%mesh%x, share)
+    system%position%x_now = model%mesh%x + system%u
+    if (allocated(system%contact%reached)) deallocate (system%contact%reached)
+    progress%outcome = merge(outcome_restless, outcome_inverted, share > 0.0_wp)
+    result%left = residual_norm(system)
+    call tell(time, result, progress, monitor)
+  end subroutine solve_bulk_round
+end module mortar_bulk_rounds
