@@ -24,18 +24,6 @@ module mortar_bulk_rounds
   private
   public :: follow_bulk
 
-  !> Weights are foretold after so many rounds, each of whose ways was a share of the one before
-  !! within these bounds: below, rounds settle by themselves.
-  integer, parameter :: least_trail = 3
-  real(wp), parameter :: settles = 0.1_wp, strays = 0.9_wp
-
-  !> Rounds so far.
-  type :: trail_t
-    real(wp), allocatable :: x(:, :) !! (3, nodes) positions of the last round [length]
-    real(wp), allocatable :: way(:, :) !! (3, nodes) its way [length]
-    integer :: rounds = 0 !! since weights were foretold
-  end type trail_t
-
 contains
 
   !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk
@@ -50,13 +38,11 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
     type(mortar_system_t) :: unknowns
     real(wp) :: cut_at(3, size(system%u, 2))
-    type(trail_t) :: trail
     integer :: round, changes
     logical :: balanced
 
     changes = 0
     cut_at = system%position%x_ahead
-    trail%x = system%position%x_now
     system%form%near = .false.
     call return_bulk(model%mesh%x, system)
     call form_bulk_force(model%mesh%x, system)
@@ -77,7 +63,6 @@ contains
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call weigh_ahead(model, system, waits, trail, unknowns)
       call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
@@ -86,33 +71,6 @@ contains
     end do
     if (progress%outcome == outcome_converged) call show_all(model, system%contact, system%place)
   end subroutine follow_bulk
-
-  !> Weights and frames where the rounds lead to, if the last ways shrink by a share (Aitken): those
-  !! of a steep master turn with what they move.
-  subroutine weigh_ahead(model, system, waits, trail, unknowns)
-    type(model_t), intent(inout) :: model !! pairs: multipliers
-    type(system_t), intent(inout) :: system !! x_now; contact elements
-    logical, intent(in) :: waits !! nodes that were open have no friction yet
-    type(trail_t), intent(inout) :: trail !! the rounds so far
-    type(mortar_system_t), intent(inout) :: unknowns !! gaps at these weights
-    real(wp), dimension(3, size(trail%x, 2)) :: way, x
-    real(wp) :: share
-
-    x = system%position%x_now
-    way = x - trail%x
-    trail%x = x
-    trail%rounds = trail%rounds + 1
-    share = 0.0_wp
-    if (trail%rounds > least_trail) share = sum(way*trail%way)/max(sum(trail%way**2), &
-      tiny(1.0_wp))
-    trail%way = way
-    if (abs(share) < settles .or. abs(share) > strays) return
-    trail%rounds = 0
-    system%position%x_now = x + share/(1.0_wp - share)*way
-    call weigh_all(model, system, waits)
-    system%position%x_now = x
-    call take_gaps(model, system, unknowns)
-  end subroutine weigh_ahead
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
   subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
