@@ -37,7 +37,7 @@ contains
     slope = 0.0_wp
     slips = .false.
     criterion = 0.0_wp
-    if (y(3) <= 0.0_wp) return
+    if (y(3) < 0.0_wp) return
     start%epsilon = cone%scale(1)
     start%area = cone%area
     start%path = cone%path

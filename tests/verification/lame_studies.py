@@ -147,12 +147,13 @@ class Scene:
 
     def pushes(self, bench, ways):
         """Radial forces that hold the interface, of the inner body and the outer one, where bore and interface go
-        these ways."""
-        found = bench.run_text('held', self.deck('', ways).replace('FIELds stress', 'FIELds reaction')).nodal_reactions()
+        these ways: a thousandth of them is run, as forces grow with them and strains may not."""
+        deck = self.deck('', [way/1000 for way in ways]).replace('FIELds stress', 'FIELds reaction')
+        found = bench.run_text('held', deck).nodal_reactions()
 
         def radial(n):
             place = self.mesh.nodes[n - 1][:self.k + 1]
-            return sum(f*v for f, v in zip(found[n - 1], place))/math.hypot(*place)
+            return 1000*sum(f*v for f, v in zip(found[n - 1], place))/math.hypot(*place)
         return [sum(map(radial, self.shell(self.radii[1], side))) for side in ((True,), (False,))]
 
     def bulk_force(self, bench, compliance):

@@ -23,6 +23,8 @@ contains
     integer :: b, c
 
     call join_rows(model, unknowns)
+    call find_gaps(model, system, system%position%x_now, unknowns)
+    unknowns%near = unknowns%gap
     x = model%mesh%x + system%u
     associate (condensed => system%condensed)
       do c = 1, condensed%n

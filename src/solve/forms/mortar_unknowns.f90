@@ -2,6 +2,7 @@
 !! (doc/theory, "Mortar contact").
 module mortar_unknowns
   use kinds, only: wp
+  use exact_touch, only: round_off
   use model_types, only: model_t
   use mortar_types, only: turned_way
   use mortar_cone, only: cone_of_node_t
@@ -26,6 +27,7 @@ module mortar_unknowns
     integer, allocatable :: start(:) !! (pairs+1) those of the pairs before
     type(mortar_rows_t) :: rows !! their rows
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap without contact forces [length]
+    real(wp), allocatable :: near(:) !! (3 n) the same where the increment begins [length]
     real(wp), allocatable :: compliance(:, :) !! (3 n, 3 n) G, what they are by a force
     !! [length/force]
     real(wp), allocatable :: stiff(:) !! (n) compliance along supported axes, 0 for none
@@ -107,6 +109,8 @@ contains
             way) - way)
           unknowns%gap(3*i - 2:3*i - 1) = matmul(slip, frame(:, 1:2))
           unknowns%gap(3*i) = dot_product(gap, frame(:, 3)) + model%pairs(k)%nodes%offset(m)
+          if (abs(unknowns%gap(3*i)) <= round_off(x(:, rows%column(rows%first(i):rows%first(i + 1) &
+            - 1)), x(:, node))) unknowns%gap(3*i) = 0.0_wp
         end associate
       end do
     end do

@@ -210,8 +210,14 @@ contains
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_result_t) :: result
 
-    call solve_multipliers(unknowns, local_forces(model, unknowns), motions_of(system), factor, &
-      result)
+    associate (z => local_forces(model, unknowns), alpha => motions_of(system))
+      if (size(alpha) > 0 .and. all(abs(z) <= 0.0_wp)) then
+        ! what the loads alone make of bodies that contact holds says nothing of status
+        call solve_multipliers(unknowns, z, alpha, factor, result, unknowns%near)
+      else
+        call solve_multipliers(unknowns, z, alpha, factor, result)
+      end if
+    end associate
     call take_result(model, unknowns, result, progress, system%costs)
     associate (modes => system%condensed%rigid%modes)
       system%condensed%rigid%alpha = result%motion(:modes)

@@ -21,6 +21,9 @@ module mortar_newton
   real(wp), parameter :: no_pivot = 1.0e-10_wp, soft = 1.0e-6_wp
   !> A factor serves other steps while each leaves no more than this share.
   real(wp), parameter :: factor_serves = 0.1_wp
+  !> Multipliers of one node on faces whose nodes are the same: their gaps are, too, and only the
+  !! sum of their forces acts. This much more compliance in the step alone keeps both changes small.
+  real(wp), parameter :: evens_out = 1.0e-9_wp
   !> Bodies that touch nothing go this far beyond the nearest gap.
   real(wp), parameter :: beyond = 1.5_wp
 
@@ -132,7 +135,7 @@ contains
       do halving = 0, most_halvings
         call look_at(unknowns, now%z + length*change(:n), now%alpha + length*change(n + 1:), &
           sticks, next)
-        if (free .or. reused .or. measure(next) < measure(now)) exit
+        if (free .or. reused .or. (moves .and. step == 0) .or. measure(next) < measure(now)) exit
         length = 0.5_wp*length
       end do
       factor%known = measure(next) <= factor_serves*measure(now) .and. .not. free
@@ -215,7 +218,7 @@ contains
           y = z(own:own + 2) - cone%scale([1, 1, 2])*(iterate%gap(own:own + 2) - off(own:own + 2))
           call project_on_cone(cone, y, force, iterate%slope(:, :, i), iterate%slips(i), &
             iterate%criterion(i))
-          iterate%closed(i) = y(3) > 0.0_wp
+          iterate%closed(i) = y(3) >= 0.0_wp
           if (sticks .and. iterate%closed(i) .and. all(cone%mu > 0.0_wp)) then
             force = y
             iterate%slope(:, :, i) = reshape([(1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, k=1, 2), 1.0_wp], &
@@ -340,7 +343,11 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - slope
+        if (count(unknowns%rows%node == unknowns%rows%node(i)) > 1) then
+          matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - (1.0_wp - evens_out)*slope
+        else
+          matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - slope
+        end if
         do l = k, k + 2
           matrix(l, l) = matrix(l, l) + 1.0_wp
         end do

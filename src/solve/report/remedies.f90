@@ -6,6 +6,7 @@ module remedies
   use facet_geometry, only: project_on_facet
   use element_lists, only: master_nodes
   use contact_points, only: point_position
+  use contact_types, only: pair_t
   use model_types, only: model_t
   use system_types, only: system_t
   implicit none
@@ -58,17 +59,7 @@ contains
         pair%name// &
         ' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%points%cell, 2)// &
         ' cells: look at units and size of loads and displacements, or raise its penalty')
-      if (pair%points%relative > soft_penalty) t &
-        = joined(t, '  pair '//pair%name//': a penalty of '// &
-        to_text(pair%points%relative, 3)// &
-          ' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its '// &
-        'gaps must close')
-      if (pair%points%relative > 0.0_wp .and. pair%points%relative <= soft_penalty) t = joined(t, &
-        '  pair '// &
-        pair%name//': try a softer penalty (PENAlty AUTO 1), with AUGMent if its gaps must close')
-      if (pair%points%relative <= 0.0_wp) t = joined(t, '  pair '//pair%name// &
-        ': try PENAlty AUTO, '// &
-        'or a softer penalty')
+      t = joined(t, penalty_advice(pair))
       if (any(pair%friction%mu > 0.0_wp) .and. mostly_slips(system, k)) t = joined(t, '  pair '// &
         pair%name//': most of its points slip: hold what glides with BOUNdary, or move it by '// &
         'DISPlacement in place of FORCe')
@@ -76,6 +67,25 @@ contains
         ': if its master is curved, write SMOOth or refine it')
     end associate
   end function pair_advice
+
+  !> What to do with the penalty of a pair, or without one.
+  function penalty_advice(pair) result(t)
+    type(pair_t), intent(in) :: pair !! closed, and not solved
+    character(:), allocatable :: t
+
+    if (pair%mortar) then
+      t = '  pair '//pair%name//': try GTOS with PENAlty AUTO '// &
+        'in place of MORTar: a penalty is more forgiving'
+    else if (pair%points%relative > soft_penalty) then
+      t = '  pair '//pair%name//': a penalty of '//to_text(pair%points%relative, 3)// &
+        ' E/h is stiff: write PENAlty AUTO 10, with AUGMent if its gaps must close'
+    else if (pair%points%relative > 0.0_wp) then
+      t = '  pair '//pair%name//': try a softer penalty (PENAlty AUTO 1), with AUGMent if its '// &
+        'gaps must close'
+    else
+      t = '  pair '//pair%name//': try PENAlty AUTO, or a softer penalty'
+    end if
+  end function penalty_advice
 
   !> What may help a point that does not settle on a facet.
   pure function settle_advice(model, cut) result(t)
@@ -85,7 +95,8 @@ contains
 
     t = '  refine the master there'
     if (any(.not. (model%pairs%smooth .or. model%pairs%segmented))) t = t//', write SMOOth'
-    t = t//', or a softer penalty (PENAlty AUTO)'
+    if (.not. all(model%pairs%mortar)) t = t//', or a softer penalty (PENAlty AUTO)'
+    if (any(model%pairs%mortar)) t = t//', or GTOS with PENAlty AUTO in place of MORTar'
     if (.not. cut) t = t//', or move in smaller steps (DT)'
   end function settle_advice
 

@@ -10,10 +10,11 @@ module statics_report
 contains
 
   !> What is left of friction where contact could carry the loads.
-  function reserve_text(name, verdict, slips) result(t)
+  function reserve_text(name, verdict, slips, penalties) result(t)
     character(*), intent(in) :: name !! of the body that would move first
     type(verdict_t), intent(in) :: verdict !! what statics says
     logical, intent(in) :: slips !! all of its closed contact points do
+    logical, intent(in) :: penalties !! contact has some
     character(:), allocatable :: t
 
     t = '  statics: contact can carry the loads with '//to_text(100.0_wp*verdict%friction, 3)// &
@@ -21,8 +22,9 @@ contains
     if (slips) t = t//new_line('a')//'  but all its closed contact points slip: as they are '// &
       'pressed now, friction is used up'
     if (verdict%friction < 0.5_wp .and. .not. slips) then
-      t = t//new_line('a')//'  friction is not what is missing: try a softer penalty (PENAlty '// &
-        'AUTO 1), or let the bodies touch before they are loaded (ADJUst)'
+      t = t//new_line('a')//'  friction is not what is missing: '
+      if (penalties) t = t//'try a softer penalty (PENAlty AUTO 1), or '
+      t = t//'let the bodies touch before they are loaded (ADJUst)'
       return
     end if
     if (verdict%next == statics_slides) t = t//new_line('a')//'  with less '//name// &
