@@ -127,10 +127,13 @@ contains
         matmul(condensed%outer%pushes, condensed%outer%factors)
       do b = 1, size(condensed%bodies)
         if (condensed%bodies(b)%n_live == 0 .or. condensed%bodies(b)%motions%n == 0) cycle
-        associate (own => own_candidates(condensed, condensed%bodies(b), unknowns%rows%column))
-          do i = 1, unknowns%n
-            call add_motions(condensed%bodies(b), own, i, unknowns)
-          end do
+        associate (body => condensed%bodies(b))
+          associate (own => own_candidates(condensed, body, unknowns%rows%column), mine => &
+            condensed%alive%live(body%first_live + 1:body%first_live + body%n_live) - body%first)
+            do i = 1, unknowns%n
+              call add_motions(body, mine, own, i, unknowns)
+            end do
+          end associate
         end associate
       end do
     end associate
@@ -138,8 +141,9 @@ contains
   end subroutine find_motions
 
   !> What rigid motions of a body do to a multiplier, and its force to them.
-  pure subroutine add_motions(body, own, i, unknowns)
+  pure subroutine add_motions(body, mine, own, i, unknowns)
     type(condensed_body_t), intent(in) :: body !! its motions
+    integer, intent(in) :: mine(:) !! (n_live) which of its candidates are live
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     integer, intent(in) :: i !! the multiplier
     type(mortar_system_t), intent(inout) :: unknowns !! gets motion, push
@@ -152,8 +156,8 @@ contains
       do e = rows%first(i), rows%first(i + 1) - 1
         do k = 1, 3
           if (own(k, e) == 0) cycle
-          now(k, :) = now(k, :) + rows%now(e)*body%modes(body%gathered(own(k, e)), :)
-          before(k, :) = before(k, :) + rows%before(e)*body%modes(body%gathered(own(k, e)), :)
+          now(k, :) = now(k, :) + rows%now(e)*body%modes(mine(own(k, e)), :)
+          before(k, :) = before(k, :) + rows%before(e)*body%modes(mine(own(k, e)), :)
         end do
       end do
     end associate

@@ -27,6 +27,7 @@ module mortar_unknowns
     integer, allocatable :: start(:) !! (pairs+1) those of the pairs before
     type(mortar_rows_t) :: rows !! their rows
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap without contact forces [length]
+    real(wp) :: length = 0.0_wp !! largest coordinate that gaps are of [length]
     real(wp), allocatable :: near(:) !! (3 n) the same where the increment begins [length]
     real(wp), allocatable :: compliance(:, :) !! (3 n, 3 n) G, what they are by a force
     !! [length/force]
@@ -88,6 +89,7 @@ contains
     integer :: i, k, m, e
 
     unknowns%gap = spread(0.0_wp, 1, 3*unknowns%n)
+    unknowns%length = maxval(abs(x))
     do k = 1, size(model%pairs)
       do m = 1, model%pairs(k)%nodes%n
         i = unknowns%start(k) + m

@@ -183,7 +183,7 @@ contains
       local_forces(model, unknowns), motions_of(system))])
     allowed = max(max(settings%asked(tol_residual), law_share*sqrt(settings%asked(tol_energy))) &
       *max(norm2(before), force_scale(system)), &
-      round_off(unknowns, maxval(abs(system%position%x_now))))
+      round_off(unknowns))
   end subroutine return_to_balance
 
   !> Moves the bodies to where forces of the multipliers, loads and rigid motions put them.

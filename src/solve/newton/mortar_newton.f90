@@ -14,7 +14,7 @@ module mortar_newton
   integer, parameter :: most_steps = 30
   !> Halvings of a step while what is left grows.
   integer, parameter :: most_halvings = 5
-  !> What may be left, over the largest force; and over the round-off of the gaps without forces.
+  !> What may be left, over the largest force; and over the round-off of the places of nodes.
   real(wp), parameter :: share_left = 1.0e-12_wp, noise = 8.0_wp
   !> A pivot below this share of the largest of the rigid motions says that contact leaves one free;
   !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
@@ -95,6 +95,7 @@ contains
       call follow(unknowns, .false., now, factor, result, present(near) .and. attempt == 1)
       if (result%converged) exit
     end do
+    call drop_noise(unknowns, now)
     result%gap = now%gap
     result%force = now%z
     result%motion = now%alpha
@@ -102,6 +103,24 @@ contains
     result%slips = now%slips
     result%criterion = now%criterion
   end subroutine solve_multipliers
+
+  !> Forces that are no more than what round-off of lengths makes are none: of a body that has been
+  !! lifted friction and pressure would be two such numbers, and their ratio any.
+  pure subroutine drop_noise(unknowns, now)
+    type(mortar_system_t), intent(in) :: unknowns !! gaps, scales
+    type(iterate_t), intent(inout) :: now !! a solution
+    real(wp) :: noise_of_force
+    integer :: i
+
+    noise_of_force = round_off(unknowns)
+    do i = 1, unknowns%n
+      if (maxval(abs(now%z(3*i - 2:3*i))) > noise_of_force) cycle
+      now%z(3*i - 2:3*i) = 0.0_wp
+      now%closed(i) = .false.
+      now%slips(i) = .false.
+      now%criterion(i) = 0.0_wp
+    end do
+  end subroutine drop_noise
 
   !> Newton's steps from an iterate to a solution, of the law or with all friction sticking.
   subroutine follow(unknowns, sticks, now, factor, result, moves)
@@ -119,8 +138,7 @@ contains
     n = size(now%z)
     result%singular = .false.
     do step = 0, most_steps
-      allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns, &
-        maxval([0.0_wp, abs(unknowns%gap)])))
+      allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns))
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = result%left <= allowed .and. .not. (moves .and. step == 0)
       if (result%converged .or. step == most_steps) exit
@@ -180,16 +198,15 @@ contains
   end function what_is_left
 
   !> What round-off of lengths makes of forces.
-  pure real(wp) function round_off(unknowns, lengths) result(force)
-    type(mortar_system_t), intent(in) :: unknowns !! scales
-    real(wp), intent(in) :: lengths !! the largest [length]
+  pure real(wp) function round_off(unknowns) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
     integer :: i
 
     force = 0.0_wp
     do i = 1, unknowns%n
       force = max(force, maxval(unknowns%cone(i)%scale))
     end do
-    force = noise*epsilon(force)*lengths*force
+    force = noise*epsilon(force)*max(unknowns%length, maxval([0.0_wp, abs(unknowns%gap)]))*force
   end function round_off
 
   !> Gaps, projections and what is left at given forces, eq. (7.16).
