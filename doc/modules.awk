@@ -14,7 +14,9 @@ open && /^!>/ { text = substr($0, 4); next }
 open && /^!! ?[^ ]/ { text = text " " substr($0, 4); next }
 open {
   open = 0
+  gsub(/eq[.] /, "eq.\t", text); gsub(/eqs[.] /, "eqs.\t", text) # no end of a sentence
   if (match(text, /[.] /)) text = substr(text, 1, RSTART)
+  gsub(/\t/, " ", text)
   gsub(/\|/, "\\|", text)
   print "| `" name "` | " text " |"
 }

@@ -6,6 +6,10 @@
 !! files are complete. So a signal ends a run at any time. A second one does not wait for the alarm.
 !! SIGXFSZ (a file may not grow any more) and SIGPIPE (nobody reads what is printed) are ignored:
 !! the write that fails then says so, or does not matter.
+!!
+!! The run looks (`stop_requested`) before each end time (batch_run), TANG (batch_tangent), variant
+!! (study_run) and iteration (newton), and after each round of multipliers. `raise_outcome` of
+!! stepping makes an error of it, session closes the files, and the program ends with its code.
 module signals
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr, &
     c_char, c_size_t, c_long
@@ -31,7 +35,7 @@ module signals
   character(*, c_char), parameter :: in_order = &
     '; the files end with the last converged increment'
 
-  ! The only module variables of the program: a signal handler has no arguments.
+  ! Module variables, as a signal handler has no arguments.
   integer(c_int), volatile :: caught = 0_c_int !! the signal that asks the run to stop
   integer(c_int), volatile :: writing = 0_c_int !! files are being written, so many levels deep
   integer(c_int), volatile :: log_descriptor = -1_c_int !! of the log while it is open

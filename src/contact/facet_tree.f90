@@ -2,6 +2,9 @@
 !!
 !! Built once by halving along the longest side, n log n; when the surface has moved, the boxes are
 !! fitted anew, n. A query visits about log n boxes.
+!!
+!! That of a master is in its pair, `surface%tree`: contact_targets builds it, fits it and looks for
+!! points without a facet, after each solve with frozen targets, not in each iteration.
 module facet_tree
   use kinds, only: wp
   use exact_touch, only: round_off

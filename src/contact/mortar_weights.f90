@@ -1,5 +1,8 @@
 !> What the multipliers of a pair are weighed with: dual functions on the slave facets, rows of
 !! weighted gaps, frames (doc/theory, "Mortar contact", eqs. (7.13), (7.14)).
+!!
+!! Eq. (7.13): `add_point` adds to the sums, `keep_covered` divides by W_i; the gaps that the rows
+!! give at any positions are those of `find_gaps` of mortar_unknowns.
 module mortar_weights
   use kinds, only: wp
   use contact_types, only: pair_t
@@ -175,7 +178,7 @@ contains
     end do
   end subroutine find_multipliers
 
-  !> Adds the shares of one point.
+  !> Adds the shares of one point q: to W_i, S_ia and, with the sign of the gap, P_ij of eq. (7.13).
   pure subroutine add_point(pair, p, own, hat, psi, x, nodes, normal, axis, entries)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point

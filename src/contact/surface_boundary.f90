@@ -1,5 +1,5 @@
 !> Boundary of a master: whether a point is still over the surface, and which of two faces side by
-!! side it belongs to (doc/theory, "Boundary edges", eq. (10.1)).
+!! side it belongs to (doc/theory, "Target facet", "Boundary edges", eq. (10.1)).
 !!
 !! A node stands for the area around it. At the boundary of its own surface all of that lies on one
 !! side of it: bodies that lie edge on edge stay in contact there, whichever edge has moved farther.
@@ -23,9 +23,9 @@ module surface_boundary
   real(wp), parameter :: boundary_tolerance = 1.0e-6_wp
   !> A projection that is not further outside lies on the edge: it belongs to the facet that it had.
   real(wp), parameter :: on_edge = 0.1_wp*boundary_tolerance
-  !> An apex may stay outside its facet by this over the sine of the kink at the edge: so much the
-  !! plane of the facet departs from the surface, in shape functions. More would leave the choice of
-  !! the facet, and with it the force, to the start of the iteration.
+  !> An apex may stay outside its facet by this over the sine of the kink at the edge, eq. (10.1):
+  !! so much the plane of the facet departs from the surface, in shape functions. More would leave
+  !! the choice of the facet, and with it the force, to the start of the iteration.
   real(wp), parameter :: departure = 1.0e-12_wp
   !> Share of the way from a node at the boundary of its surface to the middle of its slave facets.
   real(wp), parameter :: inward = 0.25_wp
@@ -84,7 +84,8 @@ contains
     way = inward*(middle/real(last - first + 1, wp) - point_position(pair, p, x))
   end function way_in
 
-  !> The facet across the edge behind which a point of facet `target` lies, 0 if it stays.
+  !> The facet across the edge behind which a point of facet `target` lies, 0 if it stays: it lies
+  !! inside, or outside by no more than eq. (10.1) allows.
   pure integer function facet_across(pair, x, target, xi, tolerance, barred) result(next)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]

@@ -1,8 +1,8 @@
 !> Return map of the elliptical Coulomb law: the only place where stick or slip is decided.
 !!
-!! The law, the three slip rules and the derivatives: doc/theory, "Return map", eqs. (4.1), (4.2),
-!! (4.3). All quantities are lengths (penalty divided out): trial components s along the principal
-!! axes, rho = -g_N.
+!! The law, the three slip rules and the derivatives: doc/theory, "Elliptical cone", "Return map",
+!! eqs. (4.1), (4.2), (4.3). All quantities are lengths (penalty divided out): trial components s
+!! along the principal axes, rho = -g_N.
 module friction_return
   use kinds, only: wp
   use vectors, only: length
@@ -32,7 +32,8 @@ module friction_return
 
 contains
 
-  !> Maps the trial components back onto the cone.
+  !> Maps the trial components back onto the cone, whose section at this depth is the ellipse of eq.
+  !! (4.1).
   pure subroutine return_map(s, rho, mu, rule, back)
     real(wp), intent(in) :: s(2) !! trial components along the principal axes [length]
     real(wp), intent(in) :: rho !! -g_N, not negative [length]
@@ -90,9 +91,10 @@ contains
     end do
   end subroutine axis_without_friction
 
-  !> s'_i = s_i/(1 + gamma kappa_i) on the cone, kappa_i = (mu_min/mu_i)^m.
+  !> s'_i = s_i/(1 + gamma kappa_i) on the cone, kappa_i = (mu_min/mu_i)^m: `back%s = x*s` is eq.
+  !! (4.2), and the line behind it takes round-off back to the ellipse.
   !!
-  !! M and r are those of the theory with q and nu taken per unit of rho, whose powers cancel.
+  !! M and r are those of eq. (4.3) with q and nu taken per unit of rho, whose powers cancel.
   pure subroutine slip(s, rho, mu, rule, back)
     real(wp), intent(in) :: s(2) !! trial components [length]
     real(wp), intent(in) :: rho !! -g_N [length]

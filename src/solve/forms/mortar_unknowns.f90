@@ -78,8 +78,8 @@ contains
     end associate
   end subroutine join_rows
 
-  !> Slip and gap of all multipliers with the nodes at x. Rows add up to zero, so that places may be
-  !! seen from the slave node: that saves digits.
+  !> Slip and gap of all multipliers with the nodes at x, eqs. (7.13), (7.15). Rows add up to zero:
+  !! places are seen from the slave node, which saves digits.
   pure subroutine find_gaps(model, system, x, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! where slip counts from

@@ -1,6 +1,10 @@
 !> The form with reused factors: the bulk is not linear, the factors of its bodies at an earlier
 !! state and today's contact, exactly, precede the true tangent in GMRES (doc/theory, "Nonlinear
 !! bulk", eq. (12.16)).
+!!
+!! Factors serve as long as `find_bulk_direction` of bulk_preconditioner does not find that their
+!! `aging`, the passes that new ones would have spared, exceeds what these cost (`aged`, counted by
+!! bulk_factors); whether they give directions by themselves meanwhile is said by near_steps.
 module reused_form
   use kinds, only: wp
   use back_ends, only: solver_done, solver_singular

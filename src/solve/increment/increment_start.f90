@@ -1,5 +1,9 @@
 !> Where an increment starts from: conditions at its end, bodies carried along or left where they
 !! were, targets and residual there.
+!!
+!! `prepare_start` places the two starts, `left` and `carried` of `system%position`; `choose_start`
+!! takes one. A further predictor moves `carried` in the former, as `carry_bodies` does, or is tried
+!! before the choice in the latter, as `start_carried`.
 module increment_start
   use kinds, only: wp
   use loads, only: conditions_at, load_factor

@@ -1,4 +1,8 @@
 !> From one end time to the next: automatic cut and growth of the increment.
+!!
+!! An increment that leads to no solution is halved. One that has been solved is doubled where the
+!! longer one would begin: when both halves of what was halved are behind. Nothing is undone by a
+!! cut: `solve_increment` leaves the last converged state alone, and starts from it again.
 module stepping
   use kinds, only: wp
   use errors, only: error_t, raise, exit_no_convergence, exit_resources
@@ -153,7 +157,7 @@ contains
     end if
   end subroutine begin_whole
 
-  !> A body that touches in the last converged state has no equilibrium there: it slides or apexes,
+  !> A body that touches in the last converged state has no equilibrium there: it slides or tips,
   !! whatever solves for it.
   logical function cannot_rest(model, system, time) result(gets_away)
     type(model_t), intent(in) :: model !! the model

@@ -249,7 +249,8 @@ module condensed_types
     logical :: active = .false. !! this form is in use
     logical :: preconditions = .false. !! the bulk is not linear: the factors stand in for it
     logical :: exact = .false. !! factors answer by themselves: in double precision
-    real(wp) :: aging = 0.0_wp !! passes that older factors have cost so far
+    real(wp) :: aging = 0.0_wp !! passes that older factors have cost so far: beyond `aged` new
+    !! ones are made
     real(wp), allocatable :: made_at(:, :) !! (3, nodes) displacements that they were made at; not
     !! allocated if at rest [length]
     integer :: refusals = 0 !! tangents in a row that were not positive definite
