@@ -5,7 +5,7 @@ module condensed_border
   use lapack_interface, only: dgetrf, dgetrs, dgesvd
   use condensed_types, only: condensed_t
   use rigid_border, only: motion_of, turning_of, hold_of
-  use spring_release, only: unresisted
+  use supports, only: unresisted
   use system_types, only: system_t
   implicit none
   private

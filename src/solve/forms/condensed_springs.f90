@@ -7,8 +7,7 @@ module condensed_springs
   use condensed_types, only: condensed_t
   use condensed_motions, only: add_live_motion, push_live
   use contact_sums, only: take_shares, add_leading
-  use supports, only: soft_springs
-  use spring_release, only: unresisted
+  use supports, only: soft_springs, unresisted
   use system_types, only: system_t
   implicit none
   private

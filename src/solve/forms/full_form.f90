@@ -11,7 +11,6 @@ module full_form
   use equation_values, only: spread_values, gather_values, spread_direction
   use right_side, only: gather_right, damping_shares
   use full_tangent, only: form_tangent
-  use spring_release, only: release_springs
   use contact_coupling, only: couple_full, couple_full_as_saved
   use system_types, only: form_t, system_t
   implicit none
@@ -110,7 +109,6 @@ contains
       outcome)
     if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
     if (outcome /= solver_done) return
-    call release_springs(system, x)
     call spread_direction(system)
     call form_bulk_change(system)
   end subroutine try_direction

@@ -1,5 +1,5 @@
 !> Whether contact could carry the loads on bodies that it alone holds, taken as rigid (doc/theory,
-!! "Static admissibility", eq. (9.11)): said of a solve that has failed.
+!! "Static admissibility", eq. (9.10)): said of a solve that has failed.
 module statics
   use kinds, only: wp
   use vectors, only: cross

@@ -20,14 +20,16 @@ module supports
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
-  public :: soft_springs, free_motion, free_motions, model_extent, find_floating_bodies, &
-    find_unheld, regularise_bodies, closing_length, close_bodies
+  public :: soft_springs, unresisted, free_motion, free_motions, model_extent, &
+    find_floating_bodies, find_unheld, regularise_bodies, closing_length, close_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
 
   !> Stiffness of the soft springs of a node over its own stiffness.
   real(wp), parameter :: soft_springs = 1.0e-6_wp
+  !> Motions that contact resists by less than this share of the stiffest one are not resisted.
+  real(wp), parameter :: unresisted = 1.0e-9_wp
   !> A body that comes to its first touch is let through the surface by this share of the size of
   !! the facets, so that the points next to the first one touch as well.
   real(wp), parameter :: overshoot = 1.0e-4_wp
