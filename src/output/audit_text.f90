@@ -271,7 +271,7 @@ contains
       t = 'small strain takes a turn by a for a strain of a^2/2, which makes stresses: turn '// &
         'the mesh beforehand, or hold the body'
     case (check_penetration)
-      t = 'the bodies overlap visibly: a stiffer PENAlty, or AUGMent'
+      t = 'the bodies overlap visibly: MORTar, a stiffer PENAlty, or AUGMent'
     case (check_edges)
       t = 'points lie inside of slave facets, and an edge or a node of one body goes into the '// &
         'other between them: refine there, or make the body with the edge the slave of a '// &
@@ -286,8 +286,8 @@ contains
         'and compare, or take 0.45'
     case (check_penalty)
       t = 'without penetration forces are larger where displacements are prescribed, '// &
-        'displacements smaller where forces are: write a stiffer PENAlty (AUTO 100 takes '// &
-        'a tenth to a third of what AUTO 10 does), or AUGMent'
+        'displacements smaller where forces are: write MORTar, which has no penalty, '// &
+        'or a stiffer PENAlty (AUTO 100 takes a tenth to a third of what AUTO 10 does)'
     case (check_answers)
       t = answers_advice
     case (check_moved)
