@@ -38,13 +38,16 @@ contains
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
       system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
-      associate (nodes => model%pairs(k)%nodes, start => system%touch%start(:, k))
+      associate (nodes => model%pairs(k)%nodes)
         do i = 1, nodes%n
           if (.not. nodes%waits(i) .or. nodes%status(i) <= status_open) cycle
           body = system%body%node_body(nodes%node(i))
           if (.not. system%touch%empty(body, k)) cycle
-          start(body) = min(start(body), touch_time(nodes, i, system))
-          if (system%body%floating(body)) start(body) = 0.0_wp
+          ! bodies count from 0: a name for this column would count them from 1
+          associate (start => system%touch%start(body, k))
+            start = min(start, touch_time(nodes, i, system))
+            if (system%body%floating(body)) start = 0.0_wp
+          end associate
         end do
       end associate
     end do
