@@ -6,6 +6,7 @@ module mortar_touch
   use contact_types, only: pair_t
   use mortar_types, only: mortar_t, same_multiplier
   use mortar_points, only: weigh_pair
+  use contact_types, only: forget_moves
   use element_types, only: status_open
   use elmlib, only: routine_none
   use costs, only: count_cost, cost_touch
@@ -24,7 +25,7 @@ contains
   !> After the pass without friction: whether nodes have touched that it waits for, and when the
   !! first of each body did.
   subroutine find_touched(model, system, touched)
-    type(model_t), intent(in) :: model !! pairs with their multipliers
+    type(model_t), intent(inout) :: model !! pairs with their multipliers; moves of cells count anew
     type(system_t), intent(inout) :: system !! touch gets ways and first touches
     logical, intent(out) :: touched !! some have
     real(wp), allocatable :: gap(:)
@@ -41,6 +42,8 @@ contains
     system%touch%x_end = system%position%x_now
     call find_free_way(model, system)
     do k = 1, size(model%pairs)
+      ! cells that facets have left without friction do not bind
+      call forget_moves(model%pairs(k))
       system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
       associate (nodes => model%pairs(k)%nodes)
         gap = gaps_before(model%pairs(k), k, system, nodes)
