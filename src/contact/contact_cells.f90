@@ -48,8 +48,8 @@ module contact_cells
   integer, parameter :: most_moves = 4
   !> Room over the number of points at the start, and over the bound for any position.
   real(wp), parameter :: reserve = 1.6_wp, spare = 1.3_wp
-  !> The latter with multipliers at three nodes, whose facets slide before friction holds them: where
-  !! they lay on the master's edge by edge they get slivers all around (8 on 4 cells: 2.1 times).
+  !> The latter with multipliers at three nodes, whose facets slide before friction holds them:
+  !! where they lay on the master's edge by edge they get slivers all around (8 on 4 cells: 2.1).
   real(wp), parameter :: spare_of_nodes = 2.6_wp
 
 contains
@@ -238,7 +238,7 @@ contains
       limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
         merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
         fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
-      ! multipliers have no history at points that a cut could blur, and new facets no apexes to keep
+      ! multipliers have no history at points that a cut could blur, new facets no apexes to keep
       same = unmoved
       if (pair%mortar .and. when == cut_after_solve .and. was_free(pair, f)) then
         same = exactly
