@@ -115,6 +115,7 @@ contains
   pure subroutine find_motions(system, unknowns)
     type(system_t), intent(in) :: system !! bodies, rigid bodies, loads
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    integer, allocatable :: mine(:)
     integer :: b, i
 
     associate (condensed => system%condensed, modes => system%condensed%rigid%modes &
@@ -127,9 +128,13 @@ contains
         matmul(condensed%outer%pushes, condensed%outer%factors)
       do b = 1, size(condensed%bodies)
         if (condensed%bodies(b)%n_live == 0 .or. condensed%bodies(b)%motions%n == 0) cycle
-        associate (own => own_candidates(condensed, condensed%bodies(b), unknowns%rows%column))
+        associate (body => condensed%bodies(b), own => own_candidates(condensed, &
+          condensed%bodies(b), unknowns%rows%column))
+          ! those that have gone live since their compliance was gathered, too
+          mine = condensed%alive%live(body%first_live + 1:body%first_live + body%n_live) &
+            - body%first
           do i = 1, unknowns%n
-            call add_motions(condensed%bodies(b), own, i, unknowns)
+            call add_motions(body, mine, own, i, unknowns)
           end do
         end associate
       end do
@@ -138,8 +143,9 @@ contains
   end subroutine find_motions
 
   !> What rigid motions of a body do to a multiplier, and its force to them.
-  pure subroutine add_motions(body, own, i, unknowns)
+  pure subroutine add_motions(body, mine, own, i, unknowns)
     type(condensed_body_t), intent(in) :: body !! its motions
+    integer, intent(in) :: mine(:) !! (n_live) its candidates that are live
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     integer, intent(in) :: i !! the multiplier
     type(mortar_system_t), intent(inout) :: unknowns !! gets motion, push
@@ -152,8 +158,8 @@ contains
       do e = rows%first(i), rows%first(i + 1) - 1
         do k = 1, 3
           if (own(k, e) == 0) cycle
-          now(k, :) = now(k, :) + rows%now(e)*body%modes(body%gathered(own(k, e)), :)
-          before(k, :) = before(k, :) + rows%before(e)*body%modes(body%gathered(own(k, e)), :)
+          now(k, :) = now(k, :) + rows%now(e)*body%modes(mine(own(k, e)), :)
+          before(k, :) = before(k, :) + rows%before(e)*body%modes(mine(own(k, e)), :)
         end do
       end do
     end associate
