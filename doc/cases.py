@@ -60,6 +60,9 @@ TEXTS = {
     'disc that turns': ('A disc turns under a plate; its lay is carried along.', 'Exact: forces turn with the disc.', PLATE, ''),
     'contact patch': ('Two blocks are pressed together between smooth walls, flat and on an inclined joint, sticking.',
                       'Exact: uniform stress.', 'Equal meshes on both sides, and 2 on 1.', ''),
+    'lateral friction': ('Two blocks are pressed straight onto each other, with friction.', 'Exact: no lateral force, by symmetry.',
+                         'Blocks of cells that do not match, of four and of ten nodes, between walls and with free sides; the latter '
+                         'mirror themselves in x and y.', ''),
     'oblique landing': ('A block comes down obliquely, touches in the middle of an increment, and slides or sticks.',
                         'The run with an increment that ends at the touch.', 'A block of two cells on a rigid and on an elastic base.',
                         'While all points stick the friction ratio is a ratio of two stiffnesses, no number of the law. The number of '
@@ -89,6 +92,10 @@ TEXTS = {
                          '(`tests/verification/axisymmetric.py hertz`).', SPHERES + ' Facets of 0.3 a.',
                          'Hertz takes the bodies as half-spaces and is off by a part of a/R that depends on Poisson\'s ratio (-0.294 a/R of '
                          'the force at 0). Corners are held against the projection of the pressure on linear functions.'),
+    'Hertz, pointwise': ('The same, both bodies meshed without structure: pressures at single nodes.', HERTZ + '.',
+                         'Quarters of the half-spaces, meshed by Gmsh; 3, 6 and 12 facets in a.',
+                         'The pressure of a node is that of the file of the contact surfaces. Inside 0.8 a it is held against Hertz at the '
+                         'node, anywhere against his mean around it, which at the rim is itself 12 % of p0 off his pressure there.'),
     'Cattaneo-Mindlin': ('Two spheres are pressed and pushed sideways by a growing force.', JOHNSON7 + ' (spheres: 7.2).',
                          SPHERES + ' Half, outer faces rigid at 60 radii of contact; mirrored in x = 0.',
                          'c is the radius of the half-ellipsoid mu p - q, from its second moment. With Q = 0.9 mu F it is 1.7 and 4 '

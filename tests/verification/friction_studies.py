@@ -160,7 +160,7 @@ def elastic_drag(bench):
         if old not in text:
             raise ValueError(f'sliding_cube_rigid.inp has no {old!r}')
         text = text.replace(old, new)
-    for form in ('NTOS', 'GTOS', 'GTOS SEGMent'):
+    for form in ('NTOS', 'GTOS', 'GTOS SEGMent', 'MORTar'):
         side, *points = form.split()
         for m, rule in enumerate(RULES):
             pair = f'{side} under track ' + ' '.join(points) + f'\n    SLIP {rule[:4]}'
@@ -239,7 +239,7 @@ def work_along(rows, radius):
     return work
 
 
-def slope_deck(counts, mu, degrees, place):
+def slope_deck(counts, mu, degrees, place, form):
     """Two blocks one on the other on a rigid base, under their weight; gravity turns instead of the base."""
     mesh = meshing.Mesh()
     parts, floor = {}, 0.0
@@ -266,8 +266,8 @@ def slope_deck(counts, mu, degrees, place):
             'SURFace s1 FROM lower_sole\nSURFace m1 FROM face\nSURFace s2 FROM upper_sole\n'
             'SURFace m2 FROM lower_top\n\nBOUNdary\n  ground 1 1 1\n\n' +
             meshing.vectors('FORCe', {n: (w*s, 0.0, -w*c) for n, w in weights.items()}) +
-            'PROPortional 1\n  0 0\n  1 1\n\nCONTact\n  PAIR 1 base\n    NTOS s1 m1\n' + pair +
-            '  PAIR 2 joint\n    NTOS s2 m2\n' + pair +
+            'PROPortional 1\n  0 0\n  1 1\n\nCONTact\n'
+            f'  PAIR 1 base\n    {form} s1 m1\n{pair}  PAIR 2 joint\n    {form} s2 m2\n{pair}'
             '\nOUTPut\n  REACtions ground\n  FIELds NONE\n\nEND\nBATCh\n  DT,,0.5\n  STEP,,2\nEND\nSTOP\n')
 
 
@@ -276,17 +276,18 @@ def slope(bench):
     mu, counts = bench.draw('mu', 0.1, 0.7), (bench.whole('cells below', 2, 4), bench.whole('cells above', 2, 4))
     place = bench.draw('x of the upper', 0.05, 0.25), bench.draw('y of the upper', 0.05, 0.25)
     limit, whole = math.degrees(math.atan(mu)), 1 + 0.7**3
-    for share in (0.0, 0.5, 0.97):
-        tables = bench.run_text('slope', slope_deck(counts, mu, share*limit, place))
-        c, s = math.cos(math.radians(share*limit)), math.sin(math.radians(share*limit))
-        for pair, weight in (('base', whole), ('joint', 0.7**3)):
-            last = tables.contact(pair)[-1]
-            error = max(abs(abs(last['F3']) - weight*c), abs(abs(last['F1']) - weight*s))/weight
-            bench.compare(f'{pair}: Fn - W cos a and Ft - W sin a, {share} atan(mu)', EXACT, 0.0, error,
-                          1e-9, scale=1.0)
-    for share in (1.03, 1.2):
-        slides = bench.run_text('slope', slope_deck(counts, mu, share*limit, place), code=2)
-        bench.compare(f'exit code, {share} atan(mu)', EXACT, 2.0, slides.code, 0.0)
+    for form in ('NTOS', 'MORTar'):
+        for share in (0.0, 0.5, 0.97):
+            tables = bench.run_text('slope', slope_deck(counts, mu, share*limit, place, form))
+            c, s = math.cos(math.radians(share*limit)), math.sin(math.radians(share*limit))
+            for pair, weight in (('base', whole), ('joint', 0.7**3)):
+                last = tables.contact(pair)[-1]
+                error = max(abs(abs(last['F3']) - weight*c), abs(abs(last['F1']) - weight*s))/weight
+                bench.compare(f'{pair}: Fn - W cos a and Ft - W sin a, {share} atan(mu)', EXACT, 0.0, error,
+                              1e-9, scale=1.0, form=form)
+        for share in (1.03, 1.2):
+            slides = bench.run_text('slope', slope_deck(counts, mu, share*limit, place, form), code=2)
+            bench.compare(f'exit code, {share} atan(mu)', EXACT, 2.0, slides.code, 0.0, form=form)
 
 
 def shear_lag(bench):

@@ -9,6 +9,7 @@ import math
 
 import meshing
 import quadratic_studies as quadratic
+import unstructured
 
 COARSER = 1.2
 REACH = 1.3
@@ -127,6 +128,23 @@ class Pair:
         return '\n'.join(lines) + '\n\n'
 
 
+class Loose(Pair):
+    """The same bodies, a quarter of each meshed by gmsh without structure; growth: of a cell over its distance."""
+
+    def add(self, name, sign, cell, growth):
+        """One body: a cube, mapped to the profile."""
+        def build(occ):
+            occ.addBox(0, 0, 0 if sign > 0 else -self.outer, self.outer, self.outer, self.outer)
+            unstructured.coarsen(occ, cell, f'Sqrt(x*x+y*y+z*z)-{self.reach!r}', growth)
+        body, first = unstructured.meshed(build, cell), len(self.mesh.nodes)
+        limit, end = self.reach + 0.1*self.a + cell, (1 - 1e-9)*self.outer
+        nodes = list(enumerate(body.nodes, first + 1))
+        self.parts[name] = [n for n, (x, y, z) in nodes if abs(z) < 1e-9*self.outer and math.hypot(x, y) < limit]
+        self.parts[name + '_far'] = [n for n, x in nodes if max(x[0], x[1], abs(x[2])) > end]
+        self.mesh.nodes += [(x, y, z + sign*self.rise(x, y)*(1 - abs(z)/self.outer)) for _, (x, y, z) in nodes]
+        self.mesh.elements += [(1, *(first + n for n in e)) for e in body.elements]
+
+
 def table(number, points):
     """A proportional load."""
     return f'PROPortional {number}\n' + ''.join(f'  {t!r} {p!r}\n' for t, p in points) + '\n'
@@ -216,12 +234,21 @@ class Corners:
             for k in range(3):
                 # linear: a corner's weight and half of those of the edges at it
                 linear = share[k] + (share[3 + k] + share[3 + (k + 2) % 3])/2
-                right[self.place[numbers[k]]] += abs(force[2])*linear
+                right[self.place[numbers[k]]] += force[2]*linear
         return self.solve(right)
 
-    def ellipse(self, radius, cuts=20):
-        """The same of the half-ellipsoid of height 1, by cuts^2 points a facet: linear functions cannot
-        follow its steep rim, and the corners within it swing by up to a tenth for that."""
+    def ellipse(self, radius):
+        """The same of the half-ellipsoid of height 1: linear functions cannot follow its steep rim, and the
+        corners within it swing by up to a tenth for that."""
+        return self.solve(self.sums(radius))
+
+    def means(self, radius):
+        """Means of the half-ellipsoid around each corner, {node: mean}: a force over the area that it stands for."""
+        sums = self.sums(radius)
+        return {n: sums[k]/self.areas[k] for n, k in self.place.items()}
+
+    def sums(self, radius, cuts=20):
+        """Integrals of the half-ellipsoid times the functions, by cuts^2 points a facet."""
         right = [0.0]*len(self.place)
         for facet, area in self.facets.items():
             corners = [self.pair.mesh.nodes[n - 1][:2] for n in facet]
@@ -232,7 +259,7 @@ class Corners:
                 if r2 < 1:
                     for n, w in zip(facet, share):
                         right[self.place[n]] += w*math.sqrt(1 - r2)*area/cuts**2
-        return self.solve(right)
+        return right
 
 
 def spread_of(pair, tables):

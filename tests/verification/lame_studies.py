@@ -5,7 +5,7 @@ import meshing
 import quadratic_studies as quadratic
 import unstructured
 
-FORMS = ('NTOS', 'GTOS', 'GTOS SEGMent', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO', 'GTOS SEGMent +SMOO')
+FORMS = ('NTOS', 'GTOS', 'GTOS SEGMent', 'GTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO', 'GTOS SEGMent +SMOO', 'MORTar')
 BENT = ('NTOS +SMOO', 'GTOS +SMOO', 'GTOS SEGMent +SMOO')
 RATIO = 1.27
 FLAT = ('the two surfaces are polyhedra. The master\'s chords lie inside the circle, a mean overlap of H^2/12 c that SMOOth '
@@ -159,13 +159,19 @@ class Scene:
     def bulk_force(self, bench, compliance):
         """Force of an interface without an error of its own, but for its compliance: the two bodies' stiffness against
         the ways of bore and interface."""
-        by_bore, by_way = self.pushes(bench, (self.way, 0.0))[0], self.pushes(bench, (0.0, self.way))
-        inner, outer = by_way[0]/self.way, by_way[1]/self.way
+        # linear, and a small way: the audit refuses strains that a linear theory cannot mean
+        small = 0.01*self.way
+        by_bore, by_way = self.pushes(bench, (small, 0.0))[0]*self.way/small, self.pushes(bench, (0.0, small))
+        inner, outer = by_way[0]/small, by_way[1]/small
         return -outer*by_bore/(inner*(1 + outer*compliance/self.area()) + outer)
 
     def exact(self, form):
         """The closed form, the penalty's compliance in it."""
-        return Lame(self.k, self.radii, self.young, self.nu, self.way, 0.0 if 'AUGM' in form else 1/self.eps)
+        return Lame(self.k, self.radii, self.young, self.nu, self.way, self.compliance(form))
+
+    def compliance(self, form):
+        """What the interface gives way by under a pressure."""
+        return 0.0 if 'AUGM' in form or form == 'MORTar' else 1/self.eps
 
     def area(self):
         """Of the interface."""
@@ -196,13 +202,13 @@ def concentric(bench, k, size, known):
     """
     scene = Scene(k, bench.draw('facet', 0.9*size, size), bench.draw('way of the bore', 0.04, 0.06))
     found, finer = [], size/0.066
-    for form in FORMS if k == 1 or not bench.reduced else FORMS[-3:]:
+    for form in FORMS if k == 1 or not bench.reduced else FORMS[-4:]:
         tables = bench.run_text('concentric', scene.deck(form))
         exact = scene.exact(form)
         row = tables.contact('fit')[-1]
         force = bench.compare('force of the interface', 'exact (Lame)', exact.pressure*scene.area(), row['Fn'],
                               1e-3*finer**2, known=known[0], form=form, why=STIFF if form in BENT else FLAT)
-        compliance = 0.0 if 'AUGM' in form else 1/scene.eps
+        compliance = scene.compliance(form)
         bench.compare('force of the interface over that of the bulk', 'the same tetrahedra, interface of no error',
                       scene.bulk_force(bench, compliance), row['Fn'], 1e-3*finer**2, known=known[0], form=form, why=FLAT)
         stress = bench.compare('L2 error of the stress', 'exact (Lame)', 0.0, scene.stress_error(tables, exact),
@@ -241,7 +247,7 @@ def rings_within(bench):
 def rings_of_ten(bench):
     """The same rings of elements of ten nodes, whose facets are curved on both sides."""
     scene = Scene(1, bench.draw('facet', 0.9*0.066, 0.066), bench.draw('way of the bore', 0.04, 0.06), ten=True)
-    for form in ('GTOS', 'GTOS 12', 'GTOS SEGMent', 'GTOS 6 +AUGM'):
+    for form in ('GTOS', 'GTOS 12', 'GTOS SEGMent', 'GTOS 6 +AUGM', 'MORTar'):
         tables = bench.run_text('concentric', scene.deck(form))
         exact = scene.exact(form)
         bench.compare('force of the interface, ten nodes', 'exact (Lame)', exact.pressure*scene.area(),

@@ -6,6 +6,7 @@ Mechanics, 7.2 and 7.5). With L(x) the integral of the logarithm over a half-ell
 displacements at the surface are those of the logarithms of both half-ellipses of the traction.
 """
 import bisect
+import itertools
 import math
 
 import half_spaces
@@ -15,6 +16,8 @@ import quadratic_studies as quadratic
 OUTER = 12.0  # half of the bodies' width and their height, over the half-width of contact
 PRESS, PUSH = 4, 4
 ENDS = (0.8, -0.5, 0.8)  # Q/(mu P) at the ends of the three phases after pressing
+FORMS = ((4, 'NTOS'), (4, 'GTOS'), (4, 'GTOS SEGMent'), (4, 'MORTar'),
+         (10, 'GTOS'), (10, 'GTOS SEGMent'), (10, 'MORTar'))
 WHAT = ('pressure', 'shear traction', 'dissipated energy', 'sum of dissipated energy')
 SOURCE = 'exact (Cattaneo, Mindlin, Masing)'
 # (nodes, facets in the half-width of contact): largest error of each that is wanted, and that is known
@@ -23,6 +26,18 @@ WANTED = (0.02, 0.03, 0.05, 0.05)
 INNER = 0.9
 KNOWN = {(4, 6): (0.12, 0.4, 0.5, 0.1), (4, 12): (0.1, 0.28, 0.3, 0.06), (4, 24): (0.08, 0.15, 0.2, 0.05),
          (10, 6): (0.02, 0.04, 0.09, 0.06), (10, 12): (0.02, 0.03, 0.06, 0.05)}
+
+
+# Of MORTar, where it is more than that.
+KNOWN_MORTAR = {(10, 6): (0.02, 0.06, 0.09, 0.06)}
+NODES = ('the tractions are those of single nodes, which a penalty evens out: with GTOS SEGMent and AUTO 1000 the pressure is off by '
+         '5.8 % with four nodes and 12 facets in a, the shear by 20 %, half way to MORTar. With ten nodes and 12 facets all hold')
+
+
+SINGULAR = 'the traction is singular at both edges'
+ACROSS = ('the edge of the punch, which has to be the master, lies inside facets of the plane: their dual functions '
+          'act on nodes beyond it as on those below it, so these carry a force (11 % of all with 12 facets in a), and the punch '
+          'is wider by part of a facet')
 
 
 def logarithm(x, c):
@@ -235,7 +250,7 @@ def judge(body, tables, nu, young, mu):
         sums = [[0.0]*len(hats.x) for _ in range(3)]
         for numbers, share, f, energy in zip(*points[step], lost[step]):
             x = sum(w*columns[n] for n, w in zip(numbers, share))
-            for one, value in zip(sums, (abs(f[2]), f[0], energy)):
+            for one, value in zip(sums, (f[2], f[0], energy)):
                 hats.add(one, x, value/body.thick)
         wanted = [hats.exact(g) for g in (lambda x: exact.ellipse(x, exact.a), traction, work)]
         sums[1] = [-v for v in sums[1]]
@@ -251,7 +266,7 @@ def partial_slip(bench):
     young, nu = bench.draw('E', 500.0, 50000.0), bench.draw('nu', 0.1, 0.4)
     mu, coarser = bench.draw('mu', 0.1, 0.5), bench.draw('master over slave', 1.1, 1.35)
     force = a*a*math.pi*young/(4*(1 - nu**2)*radius)
-    for nodes, form in ((4, 'NTOS'), (4, 'GTOS'), (4, 'GTOS SEGMent'), (10, 'GTOS'), (10, 'GTOS SEGMent')):
+    for nodes, form in FORMS:
         sizes = [size for kind, size in KNOWN if kind == nodes]
         sizes = sizes[1:2] if bench.reduced else sizes
         worst = []
@@ -261,9 +276,10 @@ def partial_slip(bench):
             tables = bench.run_text('line', deck(body, exact, nu, young, form, 'AUTO'))
             phases = judge(body, tables, nu, young, mu)
             worst.append([max(column) for column in zip(*phases)])
-            for what, error, wanted, known in zip(WHAT, worst[-1], WANTED, KNOWN[nodes, size]):
+            limits = KNOWN[nodes, size] if form != 'MORTar' else KNOWN_MORTAR.get((nodes, size), KNOWN[nodes, size])
+            for what, error, wanted, known in zip(WHAT, worst[-1], WANTED, limits):
                 bench.compare(f'{what}, {nodes} nodes', SOURCE, 0.0, error, wanted, scale=1.0, known=known,
-                              form=form, mesh=f'{size} facets in a')
+                              form=form, mesh=f'{size} facets in a', why=NODES if form == 'MORTar' else '')
         if bench.reduced:
             continue
         orders = [half_spaces.rates([1/size for size in sizes], [w[k] for w in worst]) for k in range(3)]
@@ -282,7 +298,7 @@ class Punch:
         levels = half_spaces.graded(a/size/coarser, 0.3*a, self.high, 1.3)
         self.mesh.box((len(across) - 1, 1, len(levels) - 1),
                       lambda i, j, k: (across[i], j*self.thick, -levels[k]), turned='alternate')
-        self.columns = [a*(i/size - 1) for i in range(2*size + 1)]
+        self.columns, self.plane = [a*(i/size - 1) for i in range(2*size + 1)], across
         self.kind = 'TET10' if ten else 'TET4'
         if ten:
             self.mesh = quadratic.ten_nodes(self.mesh)
@@ -300,8 +316,10 @@ class Punch:
                 '\nSET sole\n  PLANe 3 0\n  INSIde punch\n\n')
 
 
-def punch_deck(punch, nu, young, mu, force, side):
-    """Pressed by a force; side: how far it is then drawn along x (0: it sticks)."""
+def punch_deck(punch, nu, young, mu, force, side, form):
+    """Pressed by a force; side: how far it is then drawn along x (0: it sticks). With MORTar the plane is
+    the slave, which must deform."""
+    pair = 'MORTar top under' if form == 'MORTar' else 'GTOS under top SEGMent'
     text = ('MFEC * * Flat punch\n\n' + meshing.solid(1, young, nu) + 'MATErial 2 punch\n  RIGId\n\n' +
             quadratic.records(punch.mesh) + punch.block() +
             ''.join(meshing.node_set(name, numbers) for name, numbers in punch.parts.items()) +
@@ -316,8 +334,7 @@ def punch_deck(punch, nu, young, mu, force, side):
     return (text + '\n' + half_spaces.table(1, ((0, 0), (1, 1))) + half_spaces.table(2, ((1, 0), (2, 1))) +
             f'RIGId punch\n  POINt 0 0 0\n  MOVE {side!r} 0 FREE 2\n  TURN 0 1 0 0\n'
             f'  LOAD 0 0 {-force*punch.thick!r} 0 0 0 1\n\n'
-            'CONTact\n  PAIR 1 line\n    GTOS under top SEGMent\n'
-            f'    FRICtion COULomb {mu!r}\n\nOUTPut\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n'
+            f'CONTact\n  PAIR 1 line\n    {pair}\n    FRICtion COULomb {mu!r}\n\nOUTPut\n  FIELds contact\n  STATe NONE\n\nEND\nBATCh\n'
             f'  DT,,1\n  STEP,,1\n' + ('  DT,,0.25\n  STEP,,4\n' if side else '') + 'END\nSTOP\n')
 
 
@@ -336,27 +353,29 @@ def sliding(x, a, nu, mu):
 
 
 def punches(bench):
-    """Mean tractions between columns of the sole, and their orders, of a bonded and of a sliding punch."""
+    """Mean tractions between columns of the slave, and their orders, of a bonded and of a sliding punch."""
     a, young = bench.draw('a', 0.5, 5.0), bench.draw('E', 500.0, 50000.0)
     nu, mu, coarser = bench.draw('nu', 0.0, 0.3), bench.draw('mu', 0.2, 0.8), bench.draw('sole over plane', 1.1, 1.6)
     force = 1e-4*young*a
-    for nodes, sizes in ((4, (6, 12, 24)), (10, (3, 6, 12))):
-        errors = []
+    for nodes, form in itertools.product((4, 10), ('GTOS SEGMent', 'MORTar')):
+        errors, sizes = [], (6, 12, 24) if nodes == 4 else (3, 6, 12)
         for size in sizes:
             punch = Punch(a, size, coarser, nodes == 10)
-            hats, found = Hats(punch.columns), []
+            # of the slave, whose forces are along the axes of the plane or against them
+            hats, sign = (Hats(punch.plane), -1) if form == 'MORTar' else (Hats(punch.columns), 1)
+            found = []
             for friction, side in ((1000.0, 0.0), (mu, 0.01*a)):
-                tables = bench.run_text('punch', punch_deck(punch, nu, young, friction, force, side))
+                tables = bench.run_text('punch', punch_deck(punch, nu, young, friction, force, side, form))
                 sums = [0.0]*len(hats.x), [0.0]*len(hats.x)
                 with tables.results() as file:
                     places = file['VTKHDF/Points'][:, 0]
                 for numbers, share, f in zip(*tables.points()[-1]):
                     x = sum(w*places[n - 1] for n, w in zip(numbers, share))
-                    for one, value in zip(sums, (abs(f[2]), f[0])):
+                    for one, value in zip(sums, (f[2]*sign, f[0]*sign)):
                         hats.add(one, x, value/punch.thick/force)
                 found.append(sums)
-            bonded = [hats.exact(lambda x, k=k: stuck(x, a, nu)[k], 4000) for k in (0, 1)]
-            slid = hats.exact(lambda x: sliding(x, a, nu, mu), 4000)
+            bonded = [hats.exact(lambda x, k=k: stuck(x, a, nu)[k] if abs(x) < a else 0.0, 4000) for k in (0, 1)]
+            slid = hats.exact(lambda x: sliding(x, a, nu, mu) if abs(x) < a else 0.0, 4000)
             shear = [-f - e for f, e in zip(found[0][1], bonded[1])]
             errors.append(())
             for within, name in ((math.inf, ''), (INNER*a, f', inside {INNER} a')):
@@ -365,8 +384,8 @@ def punches(bench):
                                hats.error(found[1][0], slid, within))
                 for what, error in zip(('pressure, bonded', 'shear, bonded', 'pressure, sliding'), errors[-1][-3:]):
                     bench.compare(f'{what}{name}, {nodes} nodes', 'exact (Abramov, Bufler)', 0.0, error, 0.05,
-                                  scale=1.0, known=0.1 if name else 0.2, form='GTOS SEGMent',
-                                  mesh=f'{size} facets in a', why='the traction is singular at both edges')
-        bench.remark(f'{nodes} nodes, orders: ' + '; '.join(
+                                  scale=1.0, known=0.1 if name else 0.8 if form == 'MORTar' else 0.2, form=form,
+                                  mesh=f'{size} facets in a', why=ACROSS if form == 'MORTar' else SINGULAR)
+        bench.remark(f'{form}, {nodes} nodes, orders: ' + '; '.join(
             ', '.join(f'{rate:.1f}' for rate in half_spaces.rates([1/s for s in sizes], column))
             for column in zip(*errors)) + ' (singular edges: 0.5 in this norm is the best there is)')

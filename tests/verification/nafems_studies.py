@@ -12,6 +12,8 @@ import unstructured
 FINE = -0.13289744810653
 COARSE = {0.0: -0.13073, 0.1: -0.12858}
 SOURCE = 'code (Code_Aster V6.01.122)'
+# Forms and the record of each.
+PAIRS = {'GTOS 6': 'GTOS slave master 6', 'MORTar': 'MORTar slave master'}
 # The same of the bore under the load, and the stress there: EDF's manual V6.03.156, model B (contact at points of
 # Gauss). Model A (contact at nodes) has 0.71799091025213 and -136.67357, coarser by 2.5 %.
 PIN, PIN_STRESS = 0.736165779271, -160.40113477117
@@ -78,7 +80,13 @@ def bodies(cell):
     return quadratic.ten_nodes(mesh, middle), len(parts[0].elements)
 
 
-def deck(mesh, below, mu):
+def forms_of(bench):
+    """The form of a variant, or the usual one: the decks here are made for either."""
+    form, bench.variant = bench.variant or 'GTOS 6', None
+    return (form,)
+
+
+def deck(mesh, below, mu, form):
     """Pressed by 100 MPa on the top of the punch; the foundation stands on its bottom."""
     lower = {n for e in mesh.elements[:below] for n in e[1:]}
     codes = {}
@@ -94,29 +102,32 @@ def deck(mesh, below, mu):
             quadratic.records(mesh) + ''.join(meshing.node_set(name, nodes) for name, nodes in sets.items()) +
             'SURFace slave FROM ground\nSURFace master FROM sole\nSURFace loaded FROM top\n\n' +
             meshing.vectors('BOUNdary', codes) + 'PRESsure\n  loaded 100 1\n\nPROPortional 1\n  0 0\n  1 1\n\n'
-            'CONTact\n  PAIR 1 sole\n    GTOS slave master 6\n' + (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
+            f'CONTact\n  PAIR 1 sole\n    {PAIRS[form]}\n' + (f'    FRICtion COULomb {mu!r}\n' if mu else '') +
             '\nOUTPut\n  FIELds displacement contact\n  STATe NONE\n\nEND\nBATCh\n  DT,,0.25\n  STEP,,4\nEND\nSTOP\n')
 
 
 def rounded_punch(bench):
     """Displacement of the centre of the foundation's face over three meshes, without friction and with 0.1."""
     cells = (8.0,) if bench.reduced else (8.0, 5.0, 3.0)
-    found = {0.0: [], 0.1: []}
+    forms = forms_of(bench)
+    found = {(form, mu): [] for form in forms for mu in (0.0, 0.1)}
     for cell in cells:
         mesh, below = bodies(cell)
         centre = min((max(abs(v) for v in mesh.nodes[n - 1]), n) for e in mesh.elements[:below] for n in e[1:])[1]
-        for mu, moved in found.items():
-            tables = bench.run_text('punch', deck(mesh, below, mu))
+        for (form, mu), moved in found.items():
+            tables = bench.run_text('punch', deck(mesh, below, mu, form))
             with tables.results() as file:
                 moved.append(float(file['VTKHDF/PointData/displacement'][-len(mesh.nodes):][centre - 1, 2]))
         where = f'cells of {cell:.0f} mm'
-        bench.compare('displacement of the centre, mu = 0', SOURCE, FINE, found[0.0][-1], 0.005, form='GTOS 6',
-                      mesh=where)
-        bench.compare('displacement with mu = 0.1 over that without', SOURCE, COARSE[0.1]/COARSE[0.0],
-                      found[0.1][-1]/found[0.0][-1], 0.002, form='GTOS 6', mesh=where)
+        for form in forms:
+            bench.compare('displacement of the centre, mu = 0', SOURCE, FINE, found[form, 0.0][-1], 0.005, form=form,
+                          mesh=where)
+            bench.compare('displacement with mu = 0.1 over that without', SOURCE, COARSE[0.1]/COARSE[0.0],
+                          found[form, 0.1][-1]/found[form, 0.0][-1], 0.002, form=form, mesh=where)
     bench.picture('nafems_punch', ('cells at the edge of the contact [mm]', 'displacement of the centre [mm]',
                                    'Punch with rounded edges (NAFEMS R0094, no. 2)'),
-                  [(f'mfec, mu = {mu}', 'o-', cells, moved) for mu, moved in found.items()] +
+                  [(f'{form}, mu = {mu}', 'o-' if form != 'MORTar' else 'D-', cells, moved)
+                   for (form, mu), moved in found.items()] +
                   [(f'Code_Aster, {name}', style, (0.0, 8.0), (value, value)) for name, style, value in (
                       ('eight-node rings, mu = 0', 'k-', FINE), ('four-node rings, mu = 0', 'k--', COARSE[0.0]),
                       ('four-node rings, mu = 0.1', 'k:', COARSE[0.1]))])
@@ -151,7 +162,7 @@ def on_arc(p, q):
     return x, y, z
 
 
-def pin_deck(mesh, sheet, cell):
+def pin_deck(mesh, sheet, cell, form):
     """Plane strain; 10 kN for each mm of thickness on the axis of half the pin."""
     of_sheet, of_pin = ({n for e in part for n in e[1:]} for part in (mesh.elements[:sheet], mesh.elements[sheet:]))
     codes, axis = {}, [n for n in of_pin if math.hypot(*mesh.nodes[n - 1][:2]) < 1e-9]
@@ -165,13 +176,15 @@ def pin_deck(mesh, sheet, cell):
             quadratic.records(mesh) + meshing.node_set('pin', sorted(round_[0])) + meshing.node_set('bore', sorted(round_[1])) +
             'SURFace slave FROM pin\nSURFace master FROM bore\n\n' + meshing.vectors('BOUNdary', codes) +
             meshing.vectors('FORCe', {n: (scale*share, 0.0, 0.0) for n, share in shares.items()}) +
-            'PROPortional 1\n  0 0\n  1 1\n\nCONTact\n  PAIR 1 pin\n    GTOS slave master 6\n    FRICtion COULomb 0.1\n'
+            'PROPortional 1\n  0 0\n  1 1\n\nCONTact\n  PAIR 1 pin\n'
+            f'    {PAIRS[form]}\n    FRICtion COULomb 0.1\n'
             '\nOUTPut\n  FIELds displacement stress contact\n  STATe NONE\n\nEND\nBATCh\n  DT,,0.125\n  STEP,,8\nEND\nSTOP\n')
 
 
 def loaded_pin(bench):
     """Displacement and stress of the bore under the load, over three meshes."""
-    cells, moved = (12.0,) if bench.reduced else (12.0, 8.0, 5.0), []
+    forms = forms_of(bench)
+    cells, moved = (12.0,) if bench.reduced else (12.0, 8.0, 5.0), {form: [] for form in forms}
     for cell in cells:
         sheet, pin = half_sheet(cell), half_pin(cell)
         mesh = meshing.Mesh()
@@ -181,11 +194,13 @@ def loaded_pin(bench):
             mesh.elements += [(material, *(n + first for n in e)) for e in body.elements]
         mesh = quadratic.ten_nodes(mesh, on_arc)
         under = min((math.dist(x, (50, 0, 0)), n) for n, x in enumerate(mesh.nodes, 1) if n <= len(sheet.nodes))[1]
-        with bench.run_text('pin', pin_deck(mesh, len(sheet.elements), cell)).results() as file:
-            moved.append(float(file['VTKHDF/PointData/displacement'][-len(mesh.nodes):][under - 1, 0]))
-            stress = float(file['VTKHDF/PointData/nodal_stress'][-len(mesh.nodes):][under - 1, 0])
-        where = f'cells of {cell:.0f} mm'
-        bench.compare('displacement of the bore under the load', PIN_SOURCE, PIN, moved[-1], 0.002, form='GTOS 6', mesh=where)
-        bench.compare('stress of the bore under the load', PIN_SOURCE, PIN_STRESS, stress, 0.02, form='GTOS 6', mesh=where)
+        for form in forms:
+            with bench.run_text('pin', pin_deck(mesh, len(sheet.elements), cell, form)).results() as file:
+                way = float(file['VTKHDF/PointData/displacement'][-len(mesh.nodes):][under - 1, 0])
+                stress = float(file['VTKHDF/PointData/nodal_stress'][-len(mesh.nodes):][under - 1, 0])
+            moved[form].append(way)
+            where = f'cells of {cell:.0f} mm'
+            bench.compare('displacement of the bore under the load', PIN_SOURCE, PIN, way, 0.002, form=form, mesh=where)
+            bench.compare('stress of the bore under the load', PIN_SOURCE, PIN_STRESS, stress, 0.02, form=form, mesh=where)
     bench.picture('nafems_pin', ('cells at the bore [mm]', 'displacement of the bore [mm]', 'Loaded pin (NAFEMS R0094, no. 4)'),
-                  [('mfec', 'o-', cells, moved), ('Code_Aster, model B', 'k-', (0.0, 12.0), (PIN, PIN))])
+                  [(form, 'D-' if form == 'MORTar' else 'o-', cells, ways) for form, ways in moved.items()] + [('Code_Aster, model B', 'k-', (0.0, 12.0), (PIN, PIN))])

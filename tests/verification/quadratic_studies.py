@@ -224,10 +224,13 @@ def dragged_ball(bench):
             + 'SURFace face FROM top\nSURFace bottom FROM under\n\n'
             f'DISPlacement\n  ball {way!r} 0 {-depth!r}\n\nFPROportional\n  ball 2 0 1\n\n'
             'PROPortional 1\n  0 0\n  1 1\n\nPROPortional 2\n  1 0\n  2 1\n\n'
-            f'CONTact\n  PAIR 1 pair\n    NTOS face bottom\n    PENAlty AUTO 10\n    FRICtion COULomb {mu!r}\n'
-            '    SMOOth\n\nOUTPut\n  REACtions ball\n\nEND\nBATCh\n'
+            f'CONTact\n  PAIR 1 pair\n    FORM\n    PENAlty AUTO 10\n    FRICtion COULomb {mu!r}\n\n'
+            'OUTPut\n  REACtions ball\n\nEND\nBATCh\n'
             f'  DT,,1/{press}\n  STEP,,{press}\n  DT,,1/{drag}\n  STEP,,{drag}\nEND\nSTOP\n')
-    tables = bench.run_text('dragged_ball', text)
-    bench.compare('increments that were cut', EXACT, 0.0, float(tables.cuts()), 0.5, scale=1.0)
-    bench.compare('energy imbalance over the work done', 'balance of energy', 0.0,
-                  tables.work_lost(), 0.01, scale=1.0)
+    for form, pair in (('NTOS', 'NTOS face bottom\n    SMOOth'), ('MORTar', 'MORTar face bottom')):
+        tables = bench.run_text('dragged_ball', text.replace('FORM', pair))
+        bench.compare('increments that were cut', EXACT, 0.0, float(tables.cuts()), 0.5, scale=1.0, form=form)
+        bench.compare('energy imbalance over the work done', 'balance of energy', 0.0,
+                      tables.work_lost(), 0.01, scale=1.0, form=form, known=0.13 if form == 'MORTar' else None,
+                      why='not found: three times the increments leave 11.5 %, facets of the ball half as large 11.4 %; on the same '
+                      'flat facets NTOS lacks 4.4 % and GTOS SEGMent 2.5 %')

@@ -122,7 +122,7 @@ def judge(body, tables, nu, young, mu, creepage, radius):
     sums, sticking = [[0.0]*len(hats.x) for _ in range(2)], []
     for numbers, weight, f, state in zip(*points, status):
         x = sum(w*columns[n] for n, w in zip(numbers, weight))
-        hats.add(sums[0], x, abs(f[2])/body.thick)
+        hats.add(sums[0], x, f[2]/body.thick)
         hats.add(sums[1], x, -f[0]/body.thick)
         if state == 1:
             sticking.append(x)
@@ -151,7 +151,7 @@ def carter(bench):
     body, tables = rolled(6, 4, 'GTOS', False)
     reach = found_reach(body, tables.contact('line')[-1], wanted, share, reach, nu, young)
     profiles = []
-    for nodes, form in ((4, 'NTOS'), (4, 'GTOS'), (4, 'GTOS SEGMent'), (10, 'GTOS'), (10, 'GTOS SEGMent')):
+    for nodes, form in lines.FORMS:
         sizes, errors = [size for kind, size in KNOWN if kind == nodes], []
         for size in sizes[1:2] if bench.reduced else sizes:
             both, part, exact, stick, curve = judge(*rolled(size, nodes, form), nu, young, mu, creepage, radius)

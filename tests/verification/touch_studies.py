@@ -36,7 +36,7 @@ def landed(bench, form, steps, modulus=None, **values):
 def landing(bench):
     """Share of friction against the run that has an increment ending at the touch."""
     forms = ('NTOS', 'GTOS', 'GTOS SEGMent', 'NTOS +AUGM', 'GTOS +AUGM', 'GTOS SEGMent +AUGM',
-             'NTOS +SMOO', 'GTOS +SMOO')
+             'NTOS +SMOO', 'GTOS +SMOO', 'MORTar')
     for slope, low, high in (('gentle', 20, 35), ('middle', 40, 50), ('steep', 55, 65)):
         angle = bench.draw(f'{slope} path from the vertical [degree]', low, high)
         for form in forms:
@@ -53,7 +53,8 @@ def landing(bench):
         worst = max((landed(bench, form, n, modulus, angle=45)[0] for n in (1, 4)),
                     key=lambda x, e=exact: abs(x - e))
         bench.compare('F_T/F_N, elastic base, 1 and 4 increments', 'increment to the touch',
-                      exact, worst, 1e-6, form=form)
+                      exact, worst, 1e-6, form=form, known=2e-4 if form == 'MORTar' else None,
+                      why='not found; against a rigid base the same block is exact')
 
 
 class Press:
@@ -162,8 +163,8 @@ def indentation(bench):
     ten = Press(bench.draw('cell, ten nodes', 0.07, 0.08), ratio, True)
     fine = Press(bench.draw('cell, four nodes, mu = 0.1', 0.023, 0.025), ratio)
     flat = ('NTOS', 'NTOS +AUGM', 'NTOS +SMOO', 'GTOS +SMOO')
-    fields = ('GTOS', 'GTOS SEGMent', 'GTOS +AUGM')
-    cases = ((0.3, ten, fields), (0.3, four, flat), (0.1, ten, fields[:1]), (0.1, fine, flat[:1]))
+    fields = ('GTOS', 'GTOS SEGMent', 'GTOS +AUGM', 'MORTar')
+    cases = ((0.3, ten, fields), (0.3, four, flat), (0.1, ten, ('GTOS', 'MORTar')), (0.1, fine, flat[:1]))
     for mu, press, forms in cases:
         for form in forms:
             for steps, wanted in WANTED.items():

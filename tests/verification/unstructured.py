@@ -55,6 +55,17 @@ def grade(occ, size, radius, inside):
         gmsh.option.setNumber('Mesh.Mesh' + name, value)
 
 
+def coarsen(occ, size, away, growth):
+    """Elements of a size that grow with a distance (an expression of x, y, z), where it is above zero."""
+    import gmsh
+    occ.synchronize()
+    field = gmsh.model.mesh.field.add('MathEval')
+    gmsh.model.mesh.field.setString(field, 'F', f'{size!r}+{growth/2!r}*({away}+Fabs({away}))')
+    gmsh.model.mesh.field.setAsBackgroundMesh(field)
+    for name, value in (('SizeMin', 0), ('SizeMax', 1e22), ('SizeExtendFromBoundary', 0), ('SizeFromPoints', 0)):
+        gmsh.option.setNumber('Mesh.Mesh' + name, value)
+
+
 def eighth_shell(inner, outer, size):
     """An eighth of a hollow sphere, x, y and z positive."""
     def build(occ):

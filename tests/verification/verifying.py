@@ -19,7 +19,7 @@ REACTIONS = 'step time set R1 R2 R3'.split()
 CONTACTS = ('step time pair active stick slip Fn Ft F1 F2 F3 M1 M2 M3 max_penetration '
             'max_elastic_slip max_criterion Ft_nodes').split()
 MARKS = {'NTOS': 'o', 'GTOS': 's', 'NTOS +AUGM': '+', 'GTOS +AUGM': 'x', 'NTOS +SMOO': '^',
-         'GTOS +SMOO': 'v', 'GTOS SEGMent': '*', 'GTOS SEGMent +SMOO': 'P'}
+         'GTOS +SMOO': 'v', 'GTOS SEGMent': '*', 'GTOS SEGMent +SMOO': 'P', 'MORTar': 'D'}
 
 
 class Trouble(Exception):
@@ -141,7 +141,7 @@ class Bench:
 
     def mark(self):
         """Style of the points of the form that is studied."""
-        return MARKS.get(self.form, 'D')
+        return MARKS.get(self.form, 'h')
 
     def remark(self, text):
         """A line below the table."""
@@ -160,7 +160,7 @@ class Bench:
         """Runs a deck that a study has written, with parameters set."""
         path = os.path.join(self.folder, name + '.inp')
         with open(path, 'w', encoding='ascii') as stream:
-            stream.write(text)
+            stream.write(without_penalty(text))
         return self.launch([path] + settings(values), code)
 
     def launch(self, arguments, code):
@@ -184,19 +184,31 @@ def changed(path, form, folder):
     """A copy of a deck whose pair NTOS has another form, for instance GTOS +AUGM."""
     words, *options = form.split(' +')
     side, *points = words.split()
-    with open(path, encoding='ascii') as stream:
-        lines = stream.read().split('\n')
+    lines = whole(path)
     pairs = [k for k, line in enumerate(lines) if line.split()[:1] == ['NTOS']]
     if len(pairs) != 1:
         raise ValueError(f'{path} has no pair to change')
     lines[pairs[0]] = '\n'.join([' '.join([lines[pairs[0]].replace('NTOS', side, 1)] + points)] + options)
-    for k, line in enumerate(lines):
-        if line.split()[:1] == ['INCLude']:
-            lines[k] = f'INCLude "{os.path.join(os.path.dirname(path), line.split()[1])}"'
     copy = os.path.join(folder, os.path.basename(path))
     with open(copy, 'w', encoding='ascii') as stream:
-        stream.write('\n'.join(lines))
+        stream.write(without_penalty('\n'.join(lines)))
     return copy
+
+
+def whole(path):
+    """Lines of a deck, with those that it includes."""
+    with open(path, encoding='ascii') as stream:
+        lines = stream.read().rstrip('\n').split('\n')
+    return [line for outer in lines for line in (
+        whole(os.path.join(os.path.dirname(path), outer.split()[1])) if outer.split()[:1] == ['INCLude'] else [outer])]
+
+
+def without_penalty(text):
+    """A deck as it is, but without penalties if its pairs are those of MORTar, which has none."""
+    lines = text.split('\n')
+    if not any(line.split()[:1] == ['MORTar'] for line in lines):
+        return text
+    return '\n'.join(line for line in lines if line.split()[:1] != ['PENAlty'])
 
 
 def settings(values):
@@ -312,13 +324,20 @@ class Tables:
             nodes = [int(n) for n in group['node'][:]]
             return [dict(zip(nodes, (int(s) for s in row))) for row in group['status'][:]]
 
-    def results(self):
-        """The open result file."""
+    def at_nodes(self, field):
+        """A field of the contact at the slave's nodes at the last time, as {node: value} (h5py)."""
+        with self.results('.contact.vtkhdf') as file:
+            data = file['VTKHDF/PointData']
+            nodes, sides = data['node_number'][:], data['side'][:]
+            return {int(n): value for n, side, value in zip(nodes, sides, data[field][-len(nodes):]) if side == 1}
+
+    def results(self, suffix='.vtkhdf'):
+        """An open result file."""
         try:
             import h5py
         except ImportError as fault:
             raise Trouble('wants h5py: run it with build/venv/bin/python') from fault
-        return h5py.File(self.base + '.vtkhdf', 'r')
+        return h5py.File(self.base + suffix, 'r')
 
 
 def read_table(path, columns):

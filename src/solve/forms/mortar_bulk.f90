@@ -11,7 +11,8 @@ module mortar_bulk
   use condensation, only: reduce_body, complete_body
   use condensed_types, only: condensed_body_t
   use model_types, only: model_t
-  use mortar_unknowns, only: mortar_system_t, join_rows, find_gaps, take_cones, across
+  use mortar_unknowns, only: mortar_system_t, join_rows, find_gaps, take_cones, across, &
+    local_forces
   use force_scales, only: note_forces, force_scale
   use residuals, only: residual_norm, estimate_round_off, round_off_factor
   use system_types, only: system_t
@@ -63,10 +64,14 @@ contains
 
   !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
   !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
-  subroutine take_gaps(model, system, unknowns)
+  subroutine take_gaps(model, system, stiff, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(inout) :: system !! u given; gets loaded
+    real(wp), intent(in) :: stiff(:) !! (n) compliance along supported axes of the round before; of
+    !! another number where multipliers have come or gone
     type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
+    real(wp), allocatable :: z(:)
+    real(wp) :: q(3, 3)
     integer :: i
 
     associate (condensed => system%condensed)
@@ -76,10 +81,12 @@ contains
     end associate
     call join_rows(model, unknowns)
     call find_gaps(model, system, model%mesh%x + system%u, unknowns)
+    z = local_forces(model, unknowns)
     do i = 1, unknowns%n
-      associate (gap => unknowns%gap(3*i - 2:3*i))
-        gap = matmul(across(system%equation(:, unknowns%rows%node(i)) > 0, &
-          unknowns%rows%frame(:, :, i)), gap)
+      associate (gap => unknowns%gap(3*i - 2:3*i), mine => z(3*i - 2:3*i))
+        q = across(system%equation(:, unknowns%rows%node(i)) > 0, unknowns%rows%frame(:, :, i))
+        gap = matmul(q, gap)
+        if (size(stiff) == unknowns%n) gap = gap + stiff(i)*(mine - matmul(q, mine))
       end associate
     end do
     allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)

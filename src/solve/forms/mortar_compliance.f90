@@ -115,6 +115,7 @@ contains
   pure subroutine find_motions(system, unknowns)
     type(system_t), intent(in) :: system !! bodies, rigid bodies, loads
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
+    integer, allocatable :: mine(:)
     integer :: b, i
 
     associate (condensed => system%condensed, modes => system%condensed%rigid%modes &
@@ -127,13 +128,14 @@ contains
         matmul(condensed%outer%pushes, condensed%outer%factors)
       do b = 1, size(condensed%bodies)
         if (condensed%bodies(b)%n_live == 0 .or. condensed%bodies(b)%motions%n == 0) cycle
-        associate (body => condensed%bodies(b))
-          associate (own => own_candidates(condensed, body, unknowns%rows%column), mine => &
-            condensed%alive%live(body%first_live + 1:body%first_live + body%n_live) - body%first)
-            do i = 1, unknowns%n
-              call add_motions(body, mine, own, i, unknowns)
-            end do
-          end associate
+        associate (body => condensed%bodies(b), own => own_candidates(condensed, &
+          condensed%bodies(b), unknowns%rows%column))
+          ! those that have gone live since their compliance was gathered, too
+          mine = condensed%alive%live(body%first_live + 1:body%first_live + body%n_live) &
+            - body%first
+          do i = 1, unknowns%n
+            call add_motions(body, mine, own, i, unknowns)
+          end do
         end associate
       end do
     end associate
@@ -143,7 +145,7 @@ contains
   !> What rigid motions of a body do to a multiplier, and its force to them.
   pure subroutine add_motions(body, mine, own, i, unknowns)
     type(condensed_body_t), intent(in) :: body !! its motions
-    integer, intent(in) :: mine(:) !! (n_live) which of its candidates are live
+    integer, intent(in) :: mine(:) !! (n_live) its candidates that are live
     integer, intent(in) :: own(:, :) !! (3, entries) its live candidates, 0 for none
     integer, intent(in) :: i !! the multiplier
     type(mortar_system_t), intent(inout) :: unknowns !! gets motion, push

@@ -37,11 +37,13 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
     type(mortar_system_t) :: unknowns
+    real(wp), allocatable :: stiff(:)
     real(wp) :: cut_at(3, size(system%u, 2))
     integer :: round, changes
     logical :: balanced
 
     changes = 0
+    allocate (stiff(0))
     cut_at = system%position%x_ahead
     system%form%near = .false.
     call return_bulk(model%mesh%x, system)
@@ -51,7 +53,7 @@ contains
     do round = 1, most_rounds
       progress%outcome = outcome_restless
       call weigh_all(model, system, waits)
-      call take_gaps(model, system, unknowns)
+      call take_gaps(model, system, stiff, unknowns)
       associate (z => local_forces(model, unknowns))
         call spread_forces(model, system)
         call system%form%gather(system, 0.0_wp, .false.)
@@ -63,7 +65,7 @@ contains
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call solve_bulk_round(model, system, time, unknowns%gap, monitor, progress)
+      call solve_bulk_round(model, system, time, unknowns%gap, stiff, monitor, progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
@@ -73,11 +75,12 @@ contains
   end subroutine follow_bulk
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
-  subroutine solve_bulk_round(model, system, time, gap, monitor, progress)
+  subroutine solve_bulk_round(model, system, time, gap, stiff, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
     real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
+    real(wp), allocatable, intent(inout) :: stiff(:) !! (n) gets compliance along supported axes
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_system_t) :: unknowns
@@ -90,6 +93,7 @@ contains
     if (outcome /= solver_done) progress%outcome = outcome_stalled
     if (outcome /= solver_done) return
     call build_mortar(model, system, unknowns)
+    stiff = unknowns%stiff
     associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
       if (system%condensed%refusals == 0) then
         call solve_multipliers(unknowns, z, alpha, factor, result)

@@ -51,7 +51,7 @@ contains
           system%position%x_now, system%position%x_old, nodes)
         kept = are_same(pair%nodes, nodes)
         if (present(same)) same = same .and. kept
-        call place_new(system, k, waits, nodes)
+        call place_new(pair, system, k, waits, nodes)
         if (kept) nodes%status = pair%nodes%status
         if (kept .and. allocated(pair%nodes%gap)) then
           nodes%gap = pair%nodes%gap
