@@ -4,6 +4,7 @@ module solid_shapes
   use kinds, only: wp
   use vectors, only: cross, sum_products
   use cells, only: most_nodes, tet10
+  use tetrahedra, only: point_towards, shares_of_points
   use solid_types, only: most_points
   implicit none
   private
@@ -77,7 +78,7 @@ contains
     real(wp), intent(in) :: x(3, 10) !! reference coordinates [length]
     type(solid_rule_t), intent(out) :: rule !! gets n, l
     real(wp), parameter :: s4 = 1.0_wp/sqrt(5.0_wp)
-    real(wp) :: sum_s, product_s, root
+    real(wp) :: share(2)
     integer :: i
 
     if (is_straight(x)) then
@@ -86,14 +87,11 @@ contains
         rule%l(:, i) = point_towards(i, s4)
       end do
     else
-      ! two tetrahedra of points, degree 3 with equal weights
-      sum_s = 2.0_wp*sqrt(0.4_wp)*cos((acos(-sqrt(10.0_wp)/6.0_wp) + 4.0_wp*acos(-1.0_wp))/3.0_wp)
-      product_s = 0.5_wp*(sum_s**2 - 0.4_wp)
-      root = sqrt(0.25_wp*sum_s**2 - product_s)
+      share = shares_of_points()
       rule%n = 8
       do i = 1, 4
-        rule%l(:, i) = point_towards(i, 0.5_wp*sum_s + root)
-        rule%l(:, 4 + i) = point_towards(i, 0.5_wp*sum_s - root)
+        rule%l(:, i) = point_towards(i, share(1))
+        rule%l(:, 4 + i) = point_towards(i, share(2))
       end do
     end if
   end subroutine place_points
@@ -123,16 +121,6 @@ contains
       places(:, q) = matmul(x, shape)
     end do
   end subroutine sample_places
-
-  !> The point at a share of the way from the centre to a corner.
-  pure function point_towards(corner, share) result(l)
-    integer, intent(in) :: corner !! 1 to 4
-    real(wp), intent(in) :: share !! of the way; negative: away from it
-    real(wp) :: l(4)
-
-    l = 0.25_wp*(1.0_wp - share)
-    l(corner) = 0.25_wp*(1.0_wp + 3.0_wp*share)
-  end function point_towards
 
   !> All nodes of the edges lie in their middles.
   pure logical function is_straight(x)

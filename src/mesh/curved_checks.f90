@@ -1,11 +1,13 @@
 !> Whether elements of ten nodes have a shape that can be computed with: the Jacobian of a curved
-!! element must be positive everywhere (doc/theory, "Ten-node tetrahedron").
+!! element must be positive at its corners and at the points of its integrals, and should be
+!! everywhere (doc/theory, "Ten-node tetrahedron").
 module curved_checks
   use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   use vectors, only: cross
+  use tetrahedra, only: point_towards, shares_of_points
   use cells, only: tet10, most_nodes
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t
@@ -20,7 +22,8 @@ module curved_checks
 
 contains
 
-  !> Refuses elements that are folded at a corner, and notes those that may be folded between.
+  !> Refuses elements that are folded at a corner or at a point of their integrals, and notes those
+  !! that may be folded between.
   subroutine check_curved(deck, origin, mesh, diagnostics)
     type(deck_t), intent(in) :: deck !! the deck
     type(element_origin_t), intent(in) :: origin !! where the elements come from
@@ -29,6 +32,7 @@ contains
     integer :: folded(size(deck%mesh)), doubtful(size(deck%mesh)), first(size(deck%mesh)), e, s
     integer :: corner
     real(wp) :: at_corners(4), least
+    character(:), allocatable :: where_folded
 
     folded = 0
     doubtful = 0
@@ -38,12 +42,18 @@ contains
       s = origin%set(e)
       call jacobian_bounds(mesh%x(:, mesh%ix(:, e)), at_corners, least)
       corner = minloc(at_corners, 1)
+      where_folded = ''
       if (at_corners(corner) <= no_jacobian*maxval(abs(at_corners))) then
+        where_folded = 'at its corner '//to_text(mesh%ix(corner, e))
+      else if (least <= 0.0_wp) then
+        if (least_at_points(mesh%x(:, mesh%ix(:, e))) <= no_jacobian*maxval(abs(at_corners))) &
+          where_folded = 'inside'
+      end if
+      if (len(where_folded) > 0) then
         folded(s) = folded(s) + 1
         if (folded(s) <= most_errors) call report_error(diagnostics, deck%mesh(s)%head%at, &
-          'element '//to_text(e)//' of ten nodes is folded at its corner '// &
-          to_text(mesh%ix(corner, e)), 'move its nodes 5 to 10 towards the middles of their '// &
-          'edges, or mesh finer there')
+          'element '//to_text(e)//' of ten nodes is folded '//where_folded, 'move its nodes 5 '// &
+          'to 10 towards the middles of their edges, or mesh finer there')
       else if (least <= 0.0_wp) then
         doubtful(s) = doubtful(s) + 1
         if (doubtful(s) == 1) first(s) = e
@@ -81,6 +91,27 @@ contains
       end do
     end do
   end subroutine jacobian_bounds
+
+  !> The least Jacobian at the points of the integrals of a curved element; slopes are linear
+  !! between the corners.
+  pure real(wp) function least_at_points(x) result(least)
+    real(wp), intent(in) :: x(3, 10) !! positions of the nodes [length]
+    real(wp) :: d(3, 3), l(4), share(2)
+    integer :: i, k, c
+
+    least = huge(1.0_wp)
+    share = shares_of_points()
+    do i = 1, 4
+      do k = 1, 2
+        l = point_towards(i, share(k))
+        d = 0.0_wp
+        do c = 1, 4
+          d = d + l(c)*slopes_at(x, c)
+        end do
+        least = min(least, mixed(d, d, d))
+      end do
+    end do
+  end function least_at_points
 
   !> dx/dxi at a corner: the slopes of the shape functions of ten nodes there.
   pure function slopes_at(x, c) result(d)

@@ -4,12 +4,34 @@ module tetrahedra
   implicit none
   private
   public :: tetrahedron_volume, relative_volume, longest_edge, aspect_ratio, facet_vector
+  public :: point_towards, shares_of_points
   public :: flat_limit
 
   !> A tetrahedron whose six-fold volume is below this part of its cubed longest edge is flat.
   real(wp), parameter :: flat_limit = 1.0e-12_wp
 
 contains
+
+  !> Where the points of a curved element of ten nodes lie on the way from its centre to a corner: two
+  !! tetrahedra of points, degree 3 with equal weights.
+  pure function shares_of_points() result(share)
+    real(wp) :: share(2)
+    real(wp) :: sum_s, root
+
+    sum_s = 2.0_wp*sqrt(0.4_wp)*cos((acos(-sqrt(10.0_wp)/6.0_wp) + 4.0_wp*acos(-1.0_wp))/3.0_wp)
+    root = sqrt(0.25_wp*sum_s**2 - 0.5_wp*(sum_s**2 - 0.4_wp))
+    share = 0.5_wp*sum_s + [root, -root]
+  end function shares_of_points
+
+  !> The point at a share of the way from the centre to a corner.
+  pure function point_towards(corner, share) result(l)
+    integer, intent(in) :: corner !! 1 to 4
+    real(wp), intent(in) :: share !! of the way; negative: away from it
+    real(wp) :: l(4)
+
+    l = 0.25_wp*(1.0_wp - share)
+    l(corner) = 0.25_wp*(1.0_wp + 3.0_wp*share)
+  end function point_towards
 
   !> Signed volume; positive if nodes 1, 2, 3 run counter-clockwise seen from node 4.
   pure real(wp) function tetrahedron_volume(x) result(v)

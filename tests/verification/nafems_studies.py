@@ -13,6 +13,8 @@ FINE = -0.13289744810653
 COARSE = {0.0: -0.13073, 0.1: -0.12858}
 SOURCE = 'code (Code_Aster V6.01.122)'
 # Forms and the record of each.
+BENDS = ('a dual function is negative away from its node: of a gap that opens with the curvature k it sees k h^2/6 less '
+         'than is there, so slave nodes beside a rounding of radius 10 close too early; the error falls with h^2')
 PAIRS = {'GTOS 6': 'GTOS slave master 6', 'MORTar': 'MORTar slave master'}
 # The same of the bore under the load, and the stress there: EDF's manual V6.03.156, model B (contact at points of
 # Gauss). Model A (contact at nodes) has 0.71799091025213 and -136.67357, coarser by 2.5 %.
@@ -77,7 +79,7 @@ def bodies(cell):
         first = len(mesh.nodes)
         mesh.nodes += body.nodes
         mesh.elements += [(material, *(n + first for n in e)) for e in body.elements]
-    return quadratic.ten_nodes(mesh, middle), len(parts[0].elements)
+    return quadratic.unfold(quadratic.ten_nodes(mesh, middle)), len(parts[0].elements)
 
 
 def forms_of(bench):
@@ -120,10 +122,12 @@ def rounded_punch(bench):
                 moved.append(float(file['VTKHDF/PointData/displacement'][-len(mesh.nodes):][centre - 1, 2]))
         where = f'cells of {cell:.0f} mm'
         for form in forms:
+            known = (0.09, 0.0025) if form == 'MORTar' else (None, None)
             bench.compare('displacement of the centre, mu = 0', SOURCE, FINE, found[form, 0.0][-1], 0.005, form=form,
-                          mesh=where)
+                          mesh=where, known=known[0], why=BENDS)
             bench.compare('displacement with mu = 0.1 over that without', SOURCE, COARSE[0.1]/COARSE[0.0],
-                          found[form, 0.1][-1]/found[form, 0.0][-1], 0.002, form=form, mesh=where)
+                          found[form, 0.1][-1]/found[form, 0.0][-1], 0.002, form=form, mesh=where, known=known[1],
+                          why=BENDS)
     bench.picture('nafems_punch', ('cells at the edge of the contact [mm]', 'displacement of the centre [mm]',
                                    'Punch with rounded edges (NAFEMS R0094, no. 2)'),
                   [(f'{form}, mu = {mu}', 'o-' if form != 'MORTar' else 'D-', cells, moved)
@@ -192,7 +196,7 @@ def loaded_pin(bench):
             first = len(mesh.nodes)
             mesh.nodes += body.nodes
             mesh.elements += [(material, *(n + first for n in e)) for e in body.elements]
-        mesh = quadratic.ten_nodes(mesh, on_arc)
+        mesh = quadratic.unfold(quadratic.ten_nodes(mesh, on_arc))
         under = min((math.dist(x, (50, 0, 0)), n) for n, x in enumerate(mesh.nodes, 1) if n <= len(sheet.nodes))[1]
         for form in forms:
             with bench.run_text('pin', pin_deck(mesh, len(sheet.elements), cell, form)).results() as file:

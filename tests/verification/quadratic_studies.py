@@ -30,6 +30,29 @@ def ten_nodes(mesh, place=lambda a, b: tuple((p + q)/2 for p, q in zip(a, b))):
     return fine
 
 
+def unfold(mesh):
+    """Middles of edges nearer to where they halve them, by a quarter at a time, in elements whose Jacobian is not
+    positive at their corners and in a grid of places between: round surfaces may fold the elements behind them."""
+    places = [(a/4, b/4, c/4, 1 - (a + b + c)/4) for a in range(5) for b in range(5 - a) for c in range(5 - a - b)]
+    folded = mesh.elements
+    while folded:
+        folded = [e for e in folded if min(jacobian([mesh.nodes[n - 1] for n in e[1:]], l) for l in places) <= 0]
+        for k, a, b in {(nodes[4 + k], nodes[a], nodes[b]) for _, *nodes in folded for k, (a, b) in enumerate(EDGES)}:
+            halves = zip(*(mesh.nodes[n - 1] for n in (k, a, b)))
+            mesh.nodes[k - 1] = tuple(0.75*v + 0.125*(p + q) for v, p, q in halves)
+    return mesh
+
+
+def jacobian(x, l):
+    """det dx/dxi of ten nodes at volume coordinates."""
+    by_l = [[(4*l[a] - 1)*v for v in x[a]] for a in range(4)]
+    for k, (a, b) in enumerate(EDGES):
+        for i, j in ((a, b), (b, a)):
+            by_l[i] = [s + 4*l[j]*v for s, v in zip(by_l[i], x[4 + k])]
+    u, v, w = ([p - q for p, q in zip(by_l[a], by_l[0])] for a in (1, 2, 3))
+    return (u[0]*(v[1]*w[2] - v[2]*w[1]) + u[1]*(v[2]*w[0] - v[0]*w[2]) + u[2]*(v[0]*w[1] - v[1]*w[0]))
+
+
 def ends(mesh):
     """The two corners beside each middle of an edge, of a mesh of ten nodes."""
     result = {}

@@ -40,9 +40,10 @@ contains
     real(wp), allocatable :: stiff(:)
     real(wp) :: cut_at(3, size(system%u, 2))
     integer :: round, changes
-    logical :: balanced
+    logical :: balanced, still
 
     changes = 0
+    still = .false.
     allocate (stiff(0))
     cut_at = system%position%x_ahead
     system%form%near = .false.
@@ -58,14 +59,15 @@ contains
         call spread_forces(model, system)
         call system%form%gather(system, 0.0_wp, .false.)
         balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
-        balanced = balanced .and. round > 1 .and. changes == 0 .and. &
-          what_law_lacks(unknowns, z) <= max(law_share*sqrt(settings%asked(tol_energy)) &
-          *maxval([0.0_wp, abs(z)]), &
-          round_off_factor*machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
+        balanced = balanced .and. round > 1 .and. changes == 0
+        ! forces that no step changes any more are as good as they get
+        if (balanced .and. .not. still) balanced = what_law_lacks(unknowns, z) <= max(law_share &
+          *sqrt(settings%asked(tol_energy))*maxval([0.0_wp, abs(z)]), round_off_factor &
+          *machine_epsilon*system%scale%stiffest*maxval(abs(system%position%x_now)))
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call solve_bulk_round(model, system, time, unknowns%gap, stiff, monitor, progress)
+      call solve_bulk_round(model, system, time, unknowns%gap, stiff, still, monitor, progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
@@ -75,12 +77,13 @@ contains
   end subroutine follow_bulk
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
-  subroutine solve_bulk_round(model, system, time, gap, stiff, monitor, progress)
+  subroutine solve_bulk_round(model, system, time, gap, stiff, still, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     real(wp), intent(in) :: time !! end of the increment
     real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
     real(wp), allocatable, intent(inout) :: stiff(:) !! (n) gets compliance along supported axes
+    logical, intent(out) :: still !! the forces are what they were
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_system_t) :: unknowns
@@ -89,6 +92,7 @@ contains
     integer :: outcome
     real(wp) :: share
 
+    still = .false.
     call linearise_bulk(system, model%mesh%x, outcome)
     if (outcome /= solver_done) progress%outcome = outcome_stalled
     if (outcome /= solver_done) return
@@ -102,6 +106,7 @@ contains
         call solve_multipliers(unknowns, z, alpha, factor, result, gap)
       end if
     end associate
+    still = result%steps + result%repeated == 0
     call take_result(model, unknowns, result, progress, system%costs)
     if (progress%outcome /= outcome_converged) return
     call spread_forces(model, system)

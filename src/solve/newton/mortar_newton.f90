@@ -14,7 +14,7 @@ module mortar_newton
   integer, parameter :: most_steps = 30
   !> Halvings of a step while what is left grows.
   integer, parameter :: most_halvings = 5
-  !> What may be left, over the largest force; and over the round-off of the places of nodes.
+  !> What may be left, over the largest force; and over the round-off of the gaps without forces.
   real(wp), parameter :: share_left = 1.0e-12_wp, noise = 8.0_wp
   !> A pivot below this share of the largest of the rigid motions says that contact leaves one free;
   !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
@@ -131,16 +131,15 @@ contains
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
     logical, intent(in) :: moves !! the start is linearised elsewhere: no solution
     type(iterate_t) :: next
-    real(wp) :: change(size(now%z) + size(now%alpha)), allowed, length
+    real(wp) :: change(size(now%z) + size(now%alpha)), length
     integer :: halving, step, n
     logical :: free, reused
 
     n = size(now%z)
     result%singular = .false.
     do step = 0, most_steps
-      allowed = max(share_left*maxval([0.0_wp, abs(now%z)]), round_off(unknowns))
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
-      result%converged = result%left <= allowed .and. .not. (moves .and. step == 0)
+      result%converged = is_solved(unknowns, now) .and. .not. (moves .and. step == 0)
       if (result%converged .or. step == most_steps) exit
       reused = fits(now, factor)
       call find_step(unknowns, now, 0.0_wp, factor, change, free)
@@ -160,6 +159,21 @@ contains
       if (factor%known .or. .not. reused) now = next
     end do
   end subroutine follow
+
+  !> What is left is round-off: of each multiplier, of the places of its own nodes.
+  pure logical function is_solved(unknowns, now)
+    type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
+    type(iterate_t), intent(in) :: now !! an iterate
+    real(wp) :: share
+    integer :: i
+
+    share = share_left*maxval([0.0_wp, abs(now%z)])
+    is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, round_off(unknowns))
+    do i = 1, unknowns%n
+      is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
+        maxval(unknowns%cone(i)%scale)*round_off_of_gaps(unknowns))
+    end do
+  end function is_solved
 
   !> What the law lacks where no force moves anything, the largest of all [force].
   pure real(wp) function what_law_lacks(unknowns, z) result(left)
@@ -206,8 +220,15 @@ contains
     do i = 1, unknowns%n
       force = max(force, maxval(unknowns%cone(i)%scale))
     end do
-    force = noise*epsilon(force)*max(unknowns%length, maxval([0.0_wp, abs(unknowns%gap)]))*force
+    force = round_off_of_gaps(unknowns)*force
   end function round_off
+
+  !> Gaps are known to this; the places that they are of, to a unit of their own round-off.
+  pure real(wp) function round_off_of_gaps(unknowns) result(gap)
+    type(mortar_system_t), intent(in) :: unknowns !! lengths
+
+    gap = epsilon(gap)*max(unknowns%length, noise*maxval([0.0_wp, abs(unknowns%gap)]))
+  end function round_off_of_gaps
 
   !> Gaps, projections and what is left at given forces, eq. (7.16).
   pure subroutine look_at(unknowns, z, alpha, sticks, iterate, near)
