@@ -1,6 +1,6 @@
 # mfec: see `make help`. GNU make; one make reads everything, nothing recurses.
 
-VERSION := 0.1.0
+VERSION := 1.0.0
 
 FC := gfortran
 NATIVE :=

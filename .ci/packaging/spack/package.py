@@ -8,7 +8,7 @@ class Mfec(MakefilePackage):
 
     license("GPL-2.0-or-later")
 
-    version("0.1.0", preferred=True)
+    version("1.0.0", preferred=True)
 
     variant("native", default=False, description="for the processor that it is built on")
 
