@@ -1,4 +1,7 @@
-"""Spack package: put this folder into a repository as packages/mfec."""
+"""Package for Spack 1.0 or newer: put this folder into a repository as packages/mfec. There is no address yet to take the
+sources from: `spack dev-build mfec@X.Y.Z` at their top."""
+from spack_repo.builtin.build_systems.makefile import MakefilePackage
+
 from spack.package import *
 
 
