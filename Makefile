@@ -1,6 +1,6 @@
 # mfec: see `make help`. GNU make; one make reads everything, nothing recurses.
 
-VERSION := 0.1.0
+VERSION := 1.0.0
 
 FC := gfortran
 NATIVE :=
@@ -299,7 +299,7 @@ install: mfec build/mfec.1 build/mfec.bash ## install below PREFIX (/usr/local),
 	@install -D mfec $(DESTDIR)$(PREFIX)/bin/mfec
 	@install -D -m 644 build/mfec.1 $(SHARE)/man/man1/mfec.1
 	@install -D -m 644 build/mfec.bash $(SHARE)/bash-completion/completions/mfec
-	@for file in README.md CHANGELOG.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' \
+	@for file in README.md CHANGELOG.md LICENSE `find doc inputs postproc -type f ! -name '*.pyc' ! -path '*/.*' \
 	    ! -path '*/tests/*' ! -path '*/build/*' ! -path '*.egg-info/*' ! -path 'doc/*.awk'`; do \
 	  install -D -m 644 $$file $(SHARE)/doc/mfec/$$file; done
 	@echo 'installed below $(DESTDIR)$(PREFIX)'

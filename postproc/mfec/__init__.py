@@ -28,4 +28,4 @@ from .study import study
 __all__ = ['ConvergenceError', 'Deck', 'DeckError', 'MfecError', 'Problem', 'Progress', 'Record',
            'ResourceError', 'Result', 'StoppedError', 'check', 'copy_examples', 'example', 'examples',
            'find_program', 'program_version', 'run', 'study']
-__version__ = '0.1.0'
+__version__ = '1.0.0'

@@ -122,25 +122,30 @@ class Deck:
                 inside = False
         return found
 
+    def _definition(self, name: str) -> Record:
+        """The record that defines a parameter."""
+        defined = self._definitions()
+        if name not in defined:
+            raise KeyError(f'the deck has no parameter {name}; it has: ' + ', '.join(defined))
+        return defined[name]
+
     @property
     def parameters(self) -> dict[str, str]:
         """Parameters and the expressions that are their values."""
         return {name: ' '.join(record.items[1:]) for name, record in self._definitions().items()}
 
     def __getitem__(self, name: str) -> str:
-        return self.parameters[name]
+        """The expression that is a parameter's value."""
+        return ' '.join(self._definition(name).items[1:])
 
     def __contains__(self, name: str) -> bool:
         return name in self._definitions()
 
     def __setitem__(self, name: str, value: Value) -> None:
         """Gives a parameter of the deck another value, a number or an expression."""
-        defined = self._definitions()
-        if name not in defined:
-            raise KeyError(f'the deck has no parameter {name}; it has: ' + ', '.join(defined))
+        record = self._definition(name)
         if re.search(r'\s', str(value)):
             raise ValueError(f'an expression has no blanks: {value!r}')
-        record = defined[name]
         line = self.lines[record.line - 1]
         head = re.match(r'\s*\w+\s*=\s*', line)
         assert head is not None
@@ -192,4 +197,6 @@ class Deck:
 
 def written(value: Value) -> str:
     """A value as a deck has it, all digits of a real."""
+    if isinstance(value, bool) or not isinstance(value, (str, numbers.Real)):
+        raise TypeError(f'{value!r} is neither a number nor an expression')
     return str(value) if isinstance(value, (str, numbers.Integral)) else repr(float(value))

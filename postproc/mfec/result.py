@@ -61,8 +61,8 @@ class Result:
         """The file with an ending, for instance '.vtkhdf'."""
         path = self.base.with_name(self.base.name + ending)
         if not path.exists():
-            raise FileNotFoundError(f'this run has no file {path.name}; it has: '
-                                    + ', '.join(self.files))
+            raise FileNotFoundError(f'there is no file {path}; this run has '
+                                    + (', '.join(self.files) or 'none at all'))
         return path
 
     def table(self, ending: str) -> pd.DataFrame:
@@ -123,7 +123,9 @@ class Result:
         with self.open() as results:
             if name in results.vtk['PointData']:
                 return results.point_field(name, step)
-            return results.cell_field(name, step)
+            if name in (*results.vtk['CellData'], 'von_mises'):
+                return results.cell_field(name, step)
+        raise KeyError(f'the results have no field {name}; they have: ' + ', '.join(self.fields()))
 
     def fields(self) -> list[str]:
         """Names of the fields."""

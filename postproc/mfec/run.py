@@ -9,7 +9,7 @@ import subprocess
 import tempfile
 import weakref
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
 from typing import IO, Any, Callable, Optional, Union
@@ -55,7 +55,7 @@ class Progress:
 
 def run(deck: DeckLike, *, set: Optional[Mapping[str, Value]] = None,
         out: Optional[str | PathLike[str]] = None, threads: int = 1,
-        solver: Optional[str] = None, sens: Sequence[str] = (),
+        solver: Optional[str] = None, sens: Union[str, Sequence[str]] = (),
         restart: Optional[str | PathLike[str]] = None, step: Optional[int] = None,
         log: str = 'normal', progress: Optional[Callable[[Progress], object]] = None,
         program: Optional[str] = None) -> Result:
@@ -66,29 +66,31 @@ def run(deck: DeckLike, *, set: Optional[Mapping[str, Value]] = None,
     out       folder for the files; without it they lie in one that goes when the result is dropped
     threads   for elements, contact points and large factors
     solver    AUTO, UMFPack, CHOLmod or REDUced
-    sens      parameters to differentiate the reactions by: `result.sensitivities`
+    sens      parameter, or several, to differentiate the reactions by: `result.sensitivities`
     restart   results file to go on from, at its end time `step` or the last one
     log       brief, normal or full
     progress  called with a `Progress` along the way; what it raises stops the run and comes through
     program   the program, if not the one that `find_program` finds
 
     Raises DeckError (with `problems`), ConvergenceError (with the `result` so far), ResourceError or
-    StoppedError.
+    StoppedError. Lines of problems in a `Deck` are those of its `lines`.
     """
     options = ['--threads', str(threads), '--log', log]
     options += ['--solver', solver] if solver else []
-    options += ['--sens', ','.join(sens)] if sens else []
+    options += ['--sens', ','.join([sens] if isinstance(sens, str) else sens)] if sens else []
     options += ['--restart', os.fspath(restart)] if restart is not None else []
     options += ['--step', str(step)] if step is not None else []
     return launch(deck, options, set, out, progress, program)
 
 
 def check(deck: DeckLike, *, set: Optional[Mapping[str, Value]] = None,
-          program: Optional[str] = None) -> list[str]:
+          out: Optional[str | PathLike[str]] = None, program: Optional[str] = None) -> list[str]:
     """Reads a deck without solving: what the program says of it, line by line; warnings begin with
-    `warning:`. Raises what a run would raise before its first solve."""
-    result = launch(deck, ['--check'], set, None, None, program)
-    return [str(record['text']) for record in result.records if record['event'] in ('line', 'warning')]
+    `warning:`. Mesh, sets and contact at the start can be looked at in the folder `out`, if there is one
+    (x.check.vtkhdf). Raises what a run would raise before its first solve."""
+    result = launch(deck, ['--check'], set, out, None, program)
+    lines = [str(record['text']) for record in result.records if record['event'] in ('line', 'warning')]
+    return lines if out is not None else [line for line in lines if str(result.base.parent) not in line]
 
 
 def launch(deck: DeckLike, options: Sequence[str], values: Optional[Mapping[str, Value]],
@@ -111,7 +113,9 @@ def launch(deck: DeckLike, options: Sequence[str], values: Optional[Mapping[str,
     if out is None:
         weakref.finalize(result, shutil.rmtree, folder, ignore_errors=True)
     if code != 0:
-        raise failure(code, message, result)
+        # A deck that was written for this run alone is named by its name: its folder goes.
+        gone = f'{folder}{os.sep}' if out is None and isinstance(deck, Deck) else ''
+        raise failure(code, message, result, gone)
     return result
 
 
@@ -157,10 +161,14 @@ def running(words: Sequence[str], said: IO[bytes]) -> Iterator[subprocess.Popen[
                 process.terminate()
 
 
-def failure(code: int, message: str, result: Result) -> MfecError:
-    """The exception of an exit code."""
+def failure(code: int, message: str, result: Result, gone: str = '') -> MfecError:
+    """The exception of an exit code; `gone` is left out in front of the names of files, if nothing is on
+    disk there."""
     end = result.of('end')
     kind = KINDS.get(end[-1]['reason'], MfecError) if end else StoppedError
-    problems = [Problem.of(record) for record in result.of('problem')]
     begun = result if result.of('start') else None
+    problems = [Problem.of(record) for record in result.of('problem')]
+    if gone and begun is None:
+        message = message.replace(gone, '')
+        problems = [replace(problem, file=problem.file.replace(gone, '')) for problem in problems]
     return kind(message or f'mfec ended with exit code {code}', code, problems, begun)

@@ -36,6 +36,9 @@ class Surface:
         self.at_facets = at_facets
         """Fields of the facets by their names."""
 
+    def __repr__(self) -> str:
+        return f'<Surface, {len(self.points)} nodes, {len(self.facets)} facets: {", ".join(self.at_nodes)}>'
+
     @property
     def places(self) -> NDArray:
         """Current coordinates (nodes, 3)."""
@@ -92,6 +95,8 @@ class Surfaces:
         """One side, `slave` or `master`, of a pair at one end time."""
         if pair not in self.pairs:
             raise KeyError(f'{self.path} has no pair {pair}; it has: ' + ', '.join(self.pairs))
+        if side not in SIDES:
+            raise KeyError(f'a pair has no side {side}; it has: ' + ', '.join(SIDES))
         index = frame + self.steps if frame < 0 else frame
         if not 0 <= index < self.steps:
             raise IndexError(f'{self.path} holds {self.steps} end times, not {frame}')

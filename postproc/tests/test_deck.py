@@ -54,6 +54,8 @@ def test_changes():
     assert len(changed) == 3
     with pytest.raises(KeyError, match='it has: mu'):
         deck['muh'] = 1
+    with pytest.raises(KeyError, match='it has: mu'):
+        deck['muh']  # noqa: B018
     with pytest.raises(ValueError, match='no blanks'):
         deck['mu'] = '1 + 2'
     with pytest.raises(KeyError):

@@ -42,8 +42,10 @@ def test_fields(block):
     assert np.allclose(surface.facet_integral('traction'), force, rtol=1e-6)
     assert {'displacement', 'stress'} <= set(result.fields())
     assert (result.field('von_mises') >= 0.0).all()  # from the stress where the file does not hold it
-    with pytest.raises(KeyError, match='it has'):
+    with pytest.raises(KeyError, match='displacement.*stress'):
         result.field('temperature')
+    with pytest.raises(KeyError, match='slave, master'):
+        result.surface('sliding', 'upper')
 
 
 def test_audit(block):
@@ -94,6 +96,8 @@ def test_result_of_before(tmp_path):
     assert result.audit.empty and result.verdict == '' and 'mfec' in result.log
     with pytest.raises(FileNotFoundError, match='.rea'):
         result.table('.rig')
+    with pytest.raises(FileNotFoundError, match='none at all'):
+        mfec.Result(tmp_path / 'pulled_blocks').reactions  # noqa: B018
 
 
 def test_errors_of_a_deck():
@@ -106,7 +110,8 @@ def test_errors_of_a_deck():
     line = next(k for k, text in enumerate(wrong.split('\n'), 1) if 'muh' in text)
     problem = error.problems[0]
     assert (problem.line, problem.column) == (line, wrong.split('\n')[line - 1].index('muh') + 1)
-    assert problem.file.endswith('block_on_plate.inp') and 'muh' in problem.text
+    assert problem.file == 'block_on_plate.inp' and 'muh' in problem.text  # its folder has gone
+    assert str(error).startswith(f'block_on_plate.inp:{line}:')
     assert problem.remedy == "did you mean 'mu'?" == error.remedy
     assert error.code == 1 and error.result is None and 'undefined parameter' in str(error)
 
@@ -118,6 +123,9 @@ def test_errors_of_arguments():
     assert caught.value.problems[0].file == 'command line'
     with pytest.raises(mfec.DeckError, match='no such file'):
         mfec.run('nowhere.inp')
+    for wrong in (None, True, [1]):
+        with pytest.raises(TypeError, match='neither a number'):
+            mfec.run(BLOCK, set={'mu': wrong})
     with pytest.raises(mfec.ResourceError):
         mfec.run(BLOCK, out='/dev/null/x')
     with pytest.raises(FileNotFoundError, match='no program'):
@@ -144,10 +152,13 @@ def test_broken_program(tmp_path):
         mfec.run(BLOCK, program=str(program))
 
 
-def test_check():
-    """--check as a list of lines."""
+def test_check(tmp_path):
+    """--check as a list of lines; what is to be looked at is there, if it is named."""
     lines = mfec.check(BLOCK)
     assert lines[0].startswith('the deck is sound: 51 nodes')
+    assert not any('looked at' in line for line in lines)
+    lines = mfec.check(BLOCK, out=tmp_path)
+    assert 'looked at' in lines[-1] and (tmp_path / 'block_on_plate.check.vtkhdf').exists()
 
 
 def test_restart_and_derivatives(tmp_path):
@@ -156,7 +167,7 @@ def test_restart_and_derivatives(tmp_path):
     on = mfec.run(BLOCK, out=tmp_path / 'b', restart=whole.path('.vtkhdf'), step=6)
     assert np.array_equal(on.reactions[['R1', 'R2', 'R3']].tail(2),
                           whole.reactions[['R1', 'R2', 'R3']].tail(2))
-    slopes = mfec.run(BLOCK, sens=['mu']).sensitivities
+    slopes = mfec.run(BLOCK, sens='mu').sensitivities
     slope = slopes[(slopes['quantity'] == 'sliding') & (slopes['step'] == 8)]['d1'].iloc[0]
     value = float(mfec.Deck.read(BLOCK)['mu'])
     low, high = (mfec.run(BLOCK, set={'mu': value + d}).contact['F1'].iloc[-1] for d in (-1e-4, 1e-4))

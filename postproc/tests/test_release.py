@@ -24,7 +24,8 @@ def load():
 
 
 RELEASE = load()
-NAMES = sorted({*RELEASE.FILES, *RELEASE.VERSIONS, *RELEASE.LICENCES, '.ci/release'})
+NAMES = sorted({*RELEASE.FILES, *RELEASE.VERSIONS, *RELEASE.DATES, *RELEASE.LICENCES, *RELEASE.GUIDES,
+                *RELEASE.SOURCES, '.ci/release'})
 
 
 @pytest.fixture
@@ -33,6 +34,10 @@ def tree(tmp_path):
     for name in NAMES:
         os.makedirs(os.path.dirname(tmp_path / name), exist_ok=True)
         shutil.copy(os.path.join(TOP, name), tmp_path / name)
+    for name in os.listdir(os.path.join(TOP, '.ci')):  # scripts that guides name
+        if not (tmp_path / '.ci' / name).exists():
+            (tmp_path / '.ci' / name).touch()
+    (tmp_path / 'tests').symlink_to(os.path.join(TOP, 'tests'))
     return tmp_path
 
 
@@ -64,6 +69,33 @@ def test_a_missing_file_is_found(tree, name):
     (tree / name).unlink()
     code, said = check(tree)
     assert code == 1 and f'{name}: there is no such file' in said
+
+
+UNTRUE = [  # file, what stands there, what is untrue, what is said
+    ('README.md', 'make stress', 'make strength', 'there is no make strength'),
+    ('CONTRIBUTING.md', 'tests/mutants', 'tests/mutant', 'there is no tests/mutant'),
+    ('postproc/README.md', 'mfec-post report', 'mfec-post paper', 'there is no mfec-post paper'),
+    ('.gitlab-ci.yml', '    - .ci/run', '    - .ci/run\n    - .ci/again', 'there is no .ci/again'),
+    ('README.md', 'libopenblas-dev', 'libblas-dev', 'does not name libopenblas-dev'),
+    ('.ci/packaging/conda/meta.yaml', 'pandas >=2', 'pandas >=1', 'does not ask for pandas>=2'),
+    ('.ci/packaging/debian/control', 'the authors of mfec', 'somebody', 'does not name the authors'),
+    ('.zenodo.json', 'quasi-static', 'dynamic', 'its abstract is not the description'),
+    ('codemeta.json', '"friction"', '"wear"', 'key words differ'),
+    ('README.md', '# mfec', '# [mfec](https://example.org/mfec/badge.svg)', 'is not below'),
+    ('CITATION.cff', 'date-released: 2', 'date-released: 1', 'the date is 1'),
+    ('.ci/packaging/debian/changelog', 'Nov 2026', 'Dec 2026', 'the date is not that'),
+]
+
+
+@pytest.mark.parametrize('name, true, untrue, wanted', UNTRUE)
+def test_what_is_not_true_is_found(tree, name, true, untrue, wanted):
+    """Commands, scripts, libraries, authors, texts, addresses and dates."""
+    text = (tree / name).read_text(encoding='utf-8')
+    assert true in text
+    (tree / name).write_text(text.replace(true, untrue), encoding='utf-8')
+    code, said = check(tree)
+    assert code == 1 and any(line.startswith(name) or name == '.zenodo.json' or name == 'codemeta.json'
+                             for line in said.splitlines()) and wanted in said, said
 
 
 def test_set(tree):

@@ -1,4 +1,7 @@
-"""Spack package: put this folder into a repository as packages/mfec."""
+"""Package for Spack 1.0 or newer: put this folder into a repository as packages/mfec. There is no address yet to take the
+sources from: `spack dev-build mfec@X.Y.Z` at their top."""
+from spack_repo.builtin.build_systems.makefile import MakefilePackage
+
 from spack.package import *
 
 
@@ -8,7 +11,7 @@ class Mfec(MakefilePackage):
 
     license("GPL-2.0-or-later")
 
-    version("0.1.0", preferred=True)
+    version("1.0.0", preferred=True)
 
     variant("native", default=False, description="for the processor that it is built on")
 

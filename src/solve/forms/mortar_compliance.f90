@@ -196,14 +196,15 @@ contains
     integer, intent(in) :: n !! motions before these
     real(wp), intent(in) :: now(:, :), before(:, :) !! (3, motions) in space
     type(mortar_system_t), intent(inout) :: unknowns !! adds to motion, push
+    integer :: last
 
-    associate (frame => unknowns%rows%frame(:, :, i), first => n + 1, last => n + size(now, 2))
-      associate (push => unknowns%push(3*i - 2:3*i, first:last), &
-        motion => unknowns%motion(3*i - 2:3*i, first:last))
-        push = push + matmul(transpose(frame), now)
-        motion(1:2, :) = motion(1:2, :) + matmul(transpose(frame(:, 1:2)), before)
-        motion(3, :) = motion(3, :) + matmul(frame(:, 3), now)
-      end associate
+    last = n + size(now, 2)
+    associate (frame => unknowns%rows%frame(:, :, i), &
+      push => unknowns%push(3*i - 2:3*i, n + 1:last), &
+      motion => unknowns%motion(3*i - 2:3*i, n + 1:last))
+      push = push + matmul(transpose(frame), now)
+      motion(1:2, :) = motion(1:2, :) + matmul(transpose(frame(:, 1:2)), before)
+      motion(3, :) = motion(3, :) + matmul(frame(:, 3), now)
     end associate
   end subroutine put_motions
 end module mortar_compliance
