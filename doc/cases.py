@@ -50,7 +50,7 @@ TEXTS = {
                      'Exact for the smooth body: constant force. Without exact value: ripple at most a fifth of that on flat facets.',
                      'Facets of 7° to 12°.',
                      'Seed 5 has 1.05 on the elastic drum: it gives way more under the middle of a facet than under its edges, by as '
-                     'much as the sag of facets of 7°.'),
+                     'much as the chordal deviation of facets of 7°.'),
     'shear-lag bar': ('A thin bar under uniform pressure on a rigid base is pulled at one end; friction takes the force up over a length.',
                       'Exact for a bar: $`u = F^2/(2EAq)`$ with q = mu p w.', 'A bar of some hundred cells in length, one in its section.', ''),
     'slip that spreads': ('Slip runs along a band that sticks all over at first.', 'Exact (capstan); no increment is cut.',

@@ -25,7 +25,7 @@ class LimitLaws:
             self.true(f'what statics says: {done.err}', re.match(
                 r'  nothing holds it where it is: the body of element 1 \(region plank\) slides along', said[1]))
             self.true(f'how far it has turned: {done.err}', re.search(
-                r'\(region plank\) has turned by \d+ degrees as a whole, and may by 18.1', done.err))
+                r'\(region plank\) has rotated by \d+ degrees as a whole, and may by 18.1', done.err))
 
     def rows_of(self, name):
         """Rows of reactions that a run has left in the folder of the test."""

@@ -56,7 +56,7 @@ def table(text, _):
 
 FACET = r'facet of nodes \d+, \d+, \d+'
 POINT = re.compile(rf'pair \S+, slave (node \d+|{FACET}), {FACET}: (open|stick|slip)')
-LEFT = re.compile(r'the body of element \d+[^\n]* has turned by [\d.]+ degrees')
+LEFT = re.compile(r'the body of element \d+[^\n]* has rotated by [\d.]+ degrees')
 
 
 def message_helps(text):
