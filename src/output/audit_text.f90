@@ -92,11 +92,13 @@ contains
     associate (value => audit%value(check), worst => audit%worst(check))
       select case (check)
       case (check_balance)
-        t = 'forces and moments of '//count_noun(system%body%bodies, 'body')//' cancel to '// &
-          to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+        t = 'forces and moments of '//count_noun(system%body%bodies, 'body')// &
+          ' are in equilibrium to '//to_text(value, 2)//' of the force scale '// &
+          to_text(audit%scale, 4)
         if (system%body%bodies > 1) t = 'forces and moments of each of '// &
           to_text(system%body%bodies)// &
-          ' bodies cancel to '//to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+          ' bodies are in equilibrium to '//to_text(value, 2)//' of the force scale '// &
+          to_text(audit%scale, 4)
         t = t//round_off_text(audit)
       case (check_work)
         t = 'work '//to_text(audit%sum%work, 4)//' is in strain '//to_text(audit%strain_energy, &

@@ -52,7 +52,7 @@ module state_fields
     field_t('displacement_before', stored_real, 3, over_nodes, 'length', &
     'displacement at its start; empty if it is not needed', part_before), &
     field_t('factor_wear', stored_real, 2, over_one, '1', &
-    'passes that the factors of a nonlinear bulk have cost so far, tangents in a row that were '// &
+    'applications of the factors of a nonlinear bulk so far, tangents in a row that were '// &
     'not positive definite; empty with other solvers', part_factor), &
     field_t('factor_displacement', stored_real, 3, over_nodes, 'length', &
     'displacement at which they were made; empty if they are those of the bodies at rest', &
