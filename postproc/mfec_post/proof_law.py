@@ -1,4 +1,6 @@
-"""The contact points of an output time against Signorini's conditions and Coulomb's law (doc/theory, eqs. (2.2), (2.3)).
+"""The contact points of an output time against Signorini's conditions and Coulomb's law.
+
+doc/theory, eqs. (2.2), (2.3).
 
 What the law is asked of are carriers: points with a penalty or multiplier of their own, or (in
 proof_mortar) slave nodes."""
