@@ -50,7 +50,7 @@ TEXTS = {
                      'Exact for the smooth body: constant force. Without exact value: ripple at most a fifth of that on flat facets.',
                      'Facets of 7° to 12°.',
                      'Seed 5 has 1.05 on the elastic drum: it gives way more under the middle of a facet than under its edges, by as '
-                     'much as the sag of facets of 7°.'),
+                     'much as the chordal deviation of facets of 7°.'),
     'shear-lag bar': ('A thin bar under uniform pressure on a rigid base is pulled at one end; friction takes the force up over a length.',
                       'Exact for a bar: $`u = F^2/(2EAq)`$ with q = mu p w.', 'A bar of some hundred cells in length, one in its section.', ''),
     'slip that spreads': ('Slip runs along a band that sticks all over at first.', 'Exact (capstan); no increment is cut.',
@@ -322,7 +322,8 @@ def quoted(case):
 
 PICTURES = {'wedge': ['wedge_forces'], 'shear-lag bar': ['shear_lag_bar'], 'Hertz roller': ['hertz_roller'],
             'Hertz spheres': ['hertz_convergence', 'hertz_pressure'], 'band on cylinder': ['band_on_cylinder'], 'Raous plate': ['raous_plate'],
-            'rolling': ['rolling_traction'], 'rounded punch': ['nafems_punch'], 'loaded pin': ['nafems_pin'],
+            'Lubkin': ['lubkin_moment'], 'Cattaneo-Mindlin': ['mindlin_convergence', 'mindlin_force'], 'patch, no match': ['patch'],
+            'ten nodes, rates': ['ten_nodes'], 'rolling': ['rolling_traction'], 'rounded punch': ['nafems_punch'], 'loaded pin': ['nafems_pin'],
             'turntable': ['turntable_arm']}
 """Curves that a study draws, beside the errors of the table."""
 

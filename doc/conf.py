@@ -23,7 +23,7 @@ myst_heading_anchors = 4
 # A Markdown file of GitHub may link to files and folders of the tree, and start with any level of heading.
 suppress_warnings = ['myst.header', 'misc.highlighting_failure']
 CONTENTS = [('Manuals', ['doc/manual', 'doc/keywords', 'doc/tutorials', 'doc/gallery', 'postproc/README']),
-            ('Method', ['doc/theory', 'doc/heuristics', 'doc/history']),
+            ('Method', ['doc/theory', 'doc/terms', 'doc/heuristics', 'doc/history']),
             ('Evidence', ['doc/verification', 'doc/benchmark']),
             ('Project', ['doc/developer', 'CONTRIBUTING', 'doc/releases', 'CHANGELOG'])]
 BELOW = {'doc/keywords': 'doc/keywords/', 'doc/tutorials': 'doc/tutorials/', 'doc/verification': 'doc/verification/'}

@@ -27,7 +27,7 @@ def axes(count, width=8.0, height=2.9):
 
 def save(figure, name):
     """One file."""
-    figure.savefig(os.path.join(FOLDER, f'contact_{name}.svg'), metadata={'Date': None})
+    figure.savefig(os.path.join(FOLDER, f'contact_{name}.svg'), metadata={'Date': None}, bbox_inches='tight', pad_inches=0.04)
     plt.close(figure)
 
 
@@ -100,8 +100,8 @@ def penalty():
     row[1].plot(slip, [-1, -1, 1, 1], color=SLAVE, label='AUTO')
     row[1].plot([-1.2, 0, 0, 1.2], [-1, -1, 1, 1], '--', color=POINT, label='AUGMent')
     row[1].set(xlabel='tangential displacement', ylabel='friction', xticks=[0], yticks=[-1, 0, 1], title='tangential')
-    row[1].set_yticklabels(['-mu N', '0', 'mu N'])
-    row[1].annotate('elastic slip\nmu N / penalty', (0.4, 1), (0.75, 0.05), ha='center', arrowprops={'arrowstyle': '->', 'lw': 0.8})
+    row[1].set_yticklabels(['−μN', '0', 'μN'])
+    row[1].annotate('elastic slip\nμN / penalty', (0.4, 1), (0.75, 0.05), ha='center', arrowprops={'arrowstyle': '->', 'lw': 0.8})
     for one in row:
         one.legend(frameon=False, fontsize=8)
         one.spines[['top', 'right']].set_visible(False)

@@ -91,7 +91,7 @@ def cone(folder, plt):
             force.append(at['traction'][0])
     slave, tip, status, force = map(np.array, (slave, tip, status, force))
     figure = plt.figure(figsize=(6.7, 4.9))
-    elliptic_cone(figure.add_axes((0.0, 0.4, 1.0, 0.62), projection='3d'))
+    elliptic_cone(figure.add_axes((0.0, 0.34, 1.0, 0.74), projection='3d'))
     axes = figure.add_axes((0.09, 0.13, 0.88, 0.27))
     depth = np.abs(slave - tip).max()
     size = 0.14 * np.ptp(slave[:, 0]) / depth
@@ -129,7 +129,7 @@ def elliptic_cone(axes):
     """The cone of an elliptical law under a facet: a point that sticks, and one that slips."""
     mu1, mu2, deep = 0.75, 0.42, 1.0
     turn, down = np.meshgrid(np.linspace(0, 2 * np.pi, 73), np.linspace(0, deep, 9))
-    facet = np.array([[-1.5, -0.95, 0], [1.6, -0.75, 0], [0.1, 1.35, 0], [-1.5, -0.95, 0]])
+    facet = np.array([[-1.3, -0.95, 0], [1.5, -0.75, 0], [0.1, 1.35, 0], [-1.3, -0.95, 0]])
     axes.plot_trisurf(facet[:3, 0], facet[:3, 1], facet[:3, 2], color=style.GREY, alpha=0.25)
     axes.plot(*facet.T, color=style.GREY, lw=1)
     axes.plot_surface(mu1 * down * np.cos(turn), mu2 * down * np.sin(turn), -down, color=style.ORANGE,
@@ -147,7 +147,7 @@ def elliptic_cone(axes):
                   ha='right' if point[0] < 0 else 'left')
     axes.plot([0], [0], [0], 'o', color=style.INK, ms=4)
     axes.text(-0.05, 0, 0.1, 'apex', fontsize=9, ha='right')
-    axes.set_box_aspect((3.1, 2.3, 1.2), zoom=1.3)
+    axes.set_box_aspect((3.1, 2.3, 1.2), zoom=1.25)
     axes.view_init(elev=12, azim=-68)
     axes.set_axis_off()
 
@@ -217,7 +217,7 @@ def forms(folder, plt):
         axes.axis('off')
         word = form.split()[0] + (' SEGMent' if 'SEGM' in form else '')
         axes.set_title(f'{word}\n{p.min():.3f} to {p.max():.3f}', fontsize=9)
-    bar = figure.colorbar(drawn, ax=all_axes, orientation='horizontal', fraction=0.06, pad=0.04)
+    bar = figure.colorbar(drawn, ax=all_axes, orientation='horizontal', fraction=0.06, pad=0.04, extend='both')
     bar.set_label('pressure at the nodes; exact: 6.6858 everywhere (white: slave, dotted: master)')
     return figure
 
@@ -283,6 +283,8 @@ def lays(folder, plt):
         begin, end = x - half * lay, x + half * lay
         axes.plot([begin[:, 0], end[:, 0]], [begin[:, 1], end[:, 1]], color=style.GREEN, lw=1.2)
         axes.set_aspect('equal')
+        axes.set(xlim=(x[:, 0].min() - half, x[:, 0].max() + half),
+                 ylim=(x[:, 1].min() - half, x[:, 1].max() + half))
         axes.axis('off')
         axes.set_title(words.replace('DIREction ', '').replace(' 0 0 0 0 0 1', ' ...'), fontsize=8)
     return figure

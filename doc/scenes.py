@@ -141,7 +141,7 @@ def slip_curve(base):
             'load of the joint [kN]')
 
 
-# Name, deck, options, panels (what is drawn, end time, view), curve, number, title, what it shows.
+# Name, deck, options, panels (what is drawn, output time, view), curve, number, title, what it shows.
 SCENES = [
     ('sliding_cube', 'sliding_cube', ['--set', 'phi=45'],
      [('bodies:mises', -1, FRONT), ('slave:pressure', -1, None)], None, sliding_cube,

@@ -32,6 +32,12 @@ WIDE = 700
 """Cells of the raster that tells what is seen."""
 SHARP = np.cos(np.radians(30))
 """An edge is drawn where its facets turn by more."""
+LIGHT = np.array([0.35, -0.6, 0.9])
+"""Where the light is: top, front and side of a block get three tints, none of them between two."""
+TINTS = 6
+"""So many tints has a body."""
+APART = 0.05
+"""Arrows and ticks stand so far apart, of the width of the drawing."""
 MANY = 6
 """Loads are drawn one by one up to so many."""
 HELD, MOVED, LOADED = drawings.ACCENT, '#0072b2', drawings.POINT
@@ -117,8 +123,8 @@ class Picture:
         body = self.bodies[k]
         colour = np.array(drawings.matplotlib.colors.to_rgb(
             '0.45' if body < 0 else (drawings.SLAVE, '#e69f00', '#009e73', '#cc79a7')[body % 4]))
-        shade = round(3*abs(float(self.normals[k]@np.array([0.35, -0.5, 0.79]))))/3
-        return tuple(np.round(1 - (1 - colour)*(0.42 - 0.24*shade), 3))
+        shade = round(TINTS*min(1.0, abs(float(self.normals[k]@LIGHT))))/TINTS
+        return tuple(np.round(1 - (1 - colour)*(0.46 - 0.30*shade), 3))
 
     def fills(self):
         """Closed lines around what has one tint, and that tint."""
@@ -147,6 +153,15 @@ class Picture:
             if last - first == 2 and normals[0]@normals[1] > SHARP and facing[0]*facing[1] > 0:
                 continue
             yield from self.visible(*self.flat[ends[first]])
+
+    def seen(self, places):
+        """Of the places those that nothing stands before; all of them if nothing is seen of any."""
+        flat = places@self.axes.T
+        cells = np.round((flat[:, :2] - self.low[:2])/self.cell).astype(int)
+        cells = np.clip(cells, 0, np.array(self.near.shape) - 3)
+        ahead = np.min([self.near[tuple((cells + step).T)] for step in np.ndindex(3, 3)], axis=0)
+        found = np.flatnonzero(ahead <= flat[:, 2] + 4*self.cell)
+        return found if len(found) else np.arange(len(places))
 
     def visible(self, a, b):
         """Pieces of a line that nothing stands before."""
@@ -183,14 +198,17 @@ def bodies_of(cells, count):
     return np.searchsorted(used, label)
 
 
-def spread(points, most):
-    """Some of the points, far from each other."""
+def spread(picture, nodes, most):
+    """Some of the nodes, of those that are seen, far from each other."""
+    nodes = nodes[picture.seen(picture.points[nodes])]
+    points = picture.points[nodes]
+    least = APART*max(picture.high[:2] - picture.low[:2])
     chosen = [int(np.argmin(points@np.array([0.31, 0.53, 0.79])))]
     away = np.linalg.norm(points - points[chosen[0]], axis=1)
-    while len(chosen) < min(most, len(points)) and away.max() > 1e-9:
+    while len(chosen) < most and away.max() > least:
         chosen.append(int(away.argmax()))
         away = np.minimum(away, np.linalg.norm(points - points[chosen[-1]], axis=1))
-    return chosen
+    return nodes[chosen]
 
 
 def vectors(rows, loads, tables, at):
@@ -203,7 +221,7 @@ def vectors(rows, loads, tables, at):
         for (_, node, direction, value), (table, form) in zip(rows, kinds):
             if (many or (table, form) == kind) and form != 3:
                 found.setdefault(at[int(node)], np.zeros(3))[int(direction) - 1] += value*(
-                    begin(tables[tables[:, 0] == table]) if many else 1.0)
+                    begin(tables[tables[:, 0] == table]) if many else farthest(tables[tables[:, 0] == table]))
         nodes = [n for n, v in found.items() if np.any(v)]
         if nodes:
             yield np.array(nodes), np.array([found[n] for n in nodes])
@@ -213,6 +231,12 @@ def begin(corners):
     """The factor of a table at its first time that is not the start."""
     corners = corners[np.argsort(corners[:, 2], kind='stable')]
     return corners[min(1, len(corners) - 1), 3] if len(corners) else 0.0
+
+
+def farthest(corners):
+    """The factor of a table that is farthest from zero: where its load goes."""
+    corners = corners[corners[:, 1] == 0]
+    return corners[np.argmax(np.abs(corners[:, 3])), 3] if len(corners) else 1.0
 
 
 def marks(picture, results):
@@ -226,15 +250,18 @@ def marks(picture, results):
     for name, colour in (('displacements', MOVED), ('forces', LOADED)):
         for nodes, values in vectors(rows(name, 4), rows('loads', 3), rows('tables', 4), at):
             largest = np.linalg.norm(values, axis=1).max()
-            for k in spread(picture.points[nodes], 4):
-                if np.linalg.norm(values[k]) > 0.05*largest:
-                    arrows.append((picture.points[nodes[k]], 0.14*size*values[k]/np.linalg.norm(values[k]), colour))
+            value = dict(zip(nodes, values))
+            for n in spread(picture, nodes, 4):
+                if np.linalg.norm(value[n]) > 0.05*largest:
+                    arrows.append((picture.points[n], 0.14*size*value[n]/np.linalg.norm(value[n]), colour))
     pressed = rows('pressures', 8)
     if len(pressed):
         corners = np.array([[at[int(n)] for n in row[:3]] for row in pressed])
         normals = unit_normals(picture.points, corners)
         middles = picture.points[corners].mean(axis=1)
-        arrows += [(middles[k], -0.11*size*normals[k]*np.sign(pressed[k, 7] or 1), LOADED) for k in spread(middles, 6)]
+        nearest = {int(corners[k, 0]): k for k in range(len(corners))}
+        arrows += [(middles[k], -0.11*size*normals[k]*np.sign(pressed[k, 7] or 1), LOADED)
+                   for k in (nearest[n] for n in spread(picture, np.array(sorted(nearest)), 6))]
     for _, _, *loads in rows('rigid_loads', 8):
         for vector in (np.array(loads[:3]),):
             if np.any(vector):
@@ -244,12 +271,12 @@ def marks(picture, results):
     for code in range(1, 8):
         nodes = np.array([at[n + 1] for n in np.flatnonzero(supports % 8 == code) if n + 1 in at and n + 1 not in moved],
                          dtype=int)
-        for k in spread(picture.points[nodes], 6) if len(nodes) else ():
-            ticks += [(picture.points[nodes[k]], np.eye(3)[i]) for i in range(3) if code >> i & 1]
+        for n in spread(picture, nodes, 6) if len(nodes) else ():
+            ticks += [(picture.points[n], np.eye(3)[i]) for i in range(3) if code >> i & 1]
     return arrows, ticks, size
 
 
-def dimensions(one, picture, size):
+def dimensions(one, picture, size, left):
     """The extents of the whole along its lower edges and its height, with their lengths."""
     used = picture.points[np.unique(picture.facets)]
     low, high = used.min(axis=0), used.max(axis=0)
@@ -261,12 +288,15 @@ def dimensions(one, picture, size):
             continue
         a, b = ((p@picture.axes.T)[:2] for p in (start, end))
         off = {0: np.array([0, -1.0]), 1: np.array([0.6, -0.8]), 2: np.array([-1.0, 0])}[i]*0.07*size
+        if i == 2:
+            off[0] = min(off[0], left - a[0] - 0.03*size)
         one.annotate('', xy=b + off, xytext=a + off, arrowprops={'arrowstyle': '<|-|>', 'color': '0.35', 'lw': 0.6,
                                                                  'shrinkA': 0, 'shrinkB': 0, 'mutation_scale': 6})
-        middle = (a + b)/2 + 1.75*off
+        beyond = off*0.07*size/np.linalg.norm(off)
+        middle = (a + b)/2 + off + 0.75*beyond
         one.text(*middle, f'{high[i] - low[i]:.4g}', fontsize=8, color='0.25', ha='center', va='center',
                  rotation=90 if i == 2 else 0)
-        one.plot(*np.array([a + 2.1*off, b + 2.1*off]).T, alpha=0)
+        one.plot(*np.array([a + off + 1.1*beyond, b + off + 1.1*beyond]).T, alpha=0)
 
 
 def sketch(path, target):
@@ -289,7 +319,7 @@ def sketch(path, target):
     for place, along in ticks:
         line = np.array([place - 0.028*size*along, place + 0.028*size*along])@picture.axes.T
         one.plot(line[:, 0], line[:, 1], color=HELD, lw=1.6, solid_capstyle='butt')
-    dimensions(one, picture, size)
+    dimensions(one, picture, size, min((((p - v)@picture.axes.T)[0] for p, v, _ in arrows), default=np.inf))
     words = [(word, colour) for word, colour, there in (
         ('held', HELD, ticks), ('moved', MOVED, [1 for a in arrows if a[2] == MOVED]),
         ('loaded', LOADED, [1 for a in arrows if a[2] == LOADED])) if there]
@@ -297,7 +327,7 @@ def sketch(path, target):
         one.text(0.01 + 0.17*k, 0.995, word, color=colour, fontsize=8, transform=one.transAxes, va='bottom')
     figure.savefig(target, metadata={'Date': None}, bbox_inches='tight', pad_inches=0.04)
     with open(target, encoding='utf-8') as stream:
-        text = re.sub(r'(\d\.\d\d)\d+', r'\1', stream.read())  # a hundredth of a point is enough
+        text = re.sub(r'<[^>]*>', lambda tag: re.sub(r'(\d\.\d\d)\d+', r'\1', tag[0]), stream.read())  # of a point
     with open(target, 'w', encoding='utf-8') as stream:
         stream.write(text)
     drawings.plt.close(figure)

@@ -4,7 +4,7 @@
 
     result = mfec.run('sliding_cube.inp', set={'phi': 45}, progress=print)
     result.reactions                      # pandas tables: reactions, contact, audit, iterations, ...
-    result.field('displacement')          # numpy: (points, 3) at the last end time
+    result.field('displacement')          # numpy: (points, 3) at the last output time
 
     deck = mfec.Deck.read('sliding_cube.inp')
     deck['mu1'] = 0.3

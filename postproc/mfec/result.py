@@ -43,7 +43,7 @@ class Result:
 
     def __repr__(self) -> str:
         end = self.of('end_time')
-        went = f', {len(end)} end times, {self.seconds:.3g} s, audit {self.verdict}' if end else ''
+        went = f', {len(end)} output times, {self.seconds:.3g} s, audit {self.verdict}' if end else ''
         return f'<Result {self.base}{went}>'
 
     def of(self, event: str) -> list[Mapping[str, Any]]:
@@ -102,7 +102,7 @@ class Result:
 
     @cached_property
     def times(self) -> NDArray:
-        """The end times that fields were written at."""
+        """The output times that fields were written at."""
         with self.open() as results:
             return results.times
 
@@ -119,7 +119,7 @@ class Result:
             return results.cells
 
     def field(self, name: str, step: int = -1) -> NDArray:
-        """A field of nodes or cells at an end time with fields, counted from 0; -1 is the last."""
+        """A field of nodes or cells at an output time with fields, counted from 0; -1 is the last."""
         with self.open() as results:
             if name in results.vtk['PointData']:
                 return results.point_field(name, step)
@@ -140,7 +140,7 @@ class Result:
 
     @cached_property
     def audit(self) -> pd.DataFrame:
-        """The audit: a row for each end time and check, with verdict, value and finding."""
+        """The audit: a row for each output time and check, with verdict, value and finding."""
         rows = [{'step': record['step'], 'time': record['time'], 'check': check['name'],
                  **{name: check[name] for name in ('verdict', 'value', 'finding')}}
                 for record in self.of('audit') for check in record['checks']]
@@ -162,7 +162,7 @@ class Result:
 
     @cached_property
     def steps(self) -> pd.DataFrame:
-        """Each end time: step, time, solves, seconds."""
+        """Each output time: step, time, solves, seconds."""
         return self._frame('end_time')
 
     @cached_property

@@ -25,14 +25,14 @@ STEPS = ('iteration', 'end_time', 'cut')
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run is: made after each solve, each cut, and each end time."""
+    """Where a run is: made after each solve, each cut, and each output time."""
 
     event: str
     """iteration, cut or end_time."""
     step: int
-    """The end time it works for, from 1."""
+    """The output time it works for, from 1."""
     steps: int
-    """End times in all."""
+    """Output times in all."""
     time: float
     """Time of the increment."""
     record: Mapping[str, Any]
@@ -40,7 +40,7 @@ class Progress:
 
     @property
     def done(self) -> float:
-        """Share of the end times that are on disk."""
+        """Share of the output times that are on disk."""
         behind = self.step if self.event == 'end_time' else self.step - 1
         return behind / self.steps if self.steps else 0.0
 
@@ -67,7 +67,7 @@ def run(deck: DeckLike, *, set: Optional[Mapping[str, Value]] = None,
     threads   for elements, contact points and large factors
     solver    AUTO, UMFPack, CHOLmod or REDUced
     sens      parameter, or several, to differentiate the reactions by: `result.sensitivities`
-    restart   results file to go on from, at its end time `step` or the last one
+    restart   results file to go on from, at its output time `step` or the last one
     log       brief, normal or full
     progress  called with a `Progress` along the way; what it raises stops the run and comes through
     program   the program, if not the one that `find_program` finds

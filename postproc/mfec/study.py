@@ -22,7 +22,7 @@ def study(deck: DeckLike, vary: Mapping[str, Union[str, Iterable[Value]]], *,
           progress: Optional[Callable[[Progress], object]] = None,
           program: Optional[str] = None) -> pd.DataFrame:
     """Runs all combinations of some parameters: a row for each, in the order of the program, with the
-    parameters, `exit` (0, or the exit code a run of its own would have had), the last end time `step`,
+    parameters, `exit` (0, or the exit code a run of its own would have had), the last output time `step`,
     the reactions of each set there (`R1:top` and so on), `iterations` and `cuts`.
 
         mfec.study('sliding_cube.inp', {'phi': [0, 45, 90], 'mu2': '0.02:0.1:0.02'})

@@ -36,7 +36,7 @@ GROWING = 0.1
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
-"""End times whose errors shape the mesh, at most (doc/theory, eq. (13.11))."""
+"""Output times whose errors shape the mesh, at most (doc/theory, eq. (13.11))."""
 SOFTER = 4
 """A companion's penalty is softer by this factor: a stiffer one costs ten times the run."""
 MOST_LOOPS, MOST_PENALTY, MOST_INCREMENTS = 8, 64, 64
@@ -51,7 +51,7 @@ class Loop:
     penalty_factor: int
     increments: int
     relative: float
-    """Squared error of the stresses over all of them, at the last end time."""
+    """Squared error of the stresses over all of them, at the last output time."""
     across: Optional[float]
     """Facets across the smallest contact."""
     raw: list[float]
@@ -124,7 +124,7 @@ def penalty_bar(share: float, value: float, sticks: bool) -> float:
 
 
 def across_contact(results: Results) -> Optional[float]:
-    """Facets across the contact of the last end time, of the pair with the fewest. A direction counts
+    """Facets across the contact of the last output time, of the pair with the fewest. A direction counts
     where the contact ends before the slave surface does: where both end together nothing is missed."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
     x[results.node_numbers] = results.points
@@ -282,7 +282,7 @@ class Adaptation:
         sticks, rubs = (any(np.abs(table.get(name, np.zeros(1))) > 0) for name in ('stick', 'Ft'))
         eta, energy = estimate(bodies, u)
         if not energy.max() > 0.0:
-            raise GoalError('no body is strained at the end times looked at: nothing to estimate')
+            raise GoalError('no body is strained at the output times looked at: nothing to estimate')
         told = energy > 1e-12 * energy.max()
         self.eta = (eta[told] / energy[told, None]).max(0)
         last = -1 if told[-1] else np.flatnonzero(told)[-1]

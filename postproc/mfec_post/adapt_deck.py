@@ -33,7 +33,7 @@ class Goal:
             raise GoalError(f'{text}: a quotient has two parts')
 
     def value(self, results: Results) -> float:
-        """At the last end time."""
+        """At the last output time."""
         values = [term_value(results, *term) for term in self.terms]
         if len(values) == 1:
             return values[0]

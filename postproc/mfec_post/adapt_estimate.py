@@ -41,7 +41,7 @@ def elasticity(young: float, poisson: float) -> NDArray:
 
 
 def samples(points: NDArray, cells: NDArray, order: int, u: NDArray, c: NDArray) -> tuple[NDArray, NDArray]:
-    """Places (cells, samples, 3) and stresses (cells, samples, times, 6) of all end times."""
+    """Places (cells, samples, 3) and stresses (cells, samples, times, 6) of all output times."""
     places, stresses = [], []
     x = points[cells]
     for at in GAUSS if order == 2 else [np.full(4, 0.25)]:

@@ -40,12 +40,12 @@ class Proof:
             self.ledger.form = MORTAR
         self.stiff = self.bodies.stiffest * self.run.shortest  # a force per length
         if not self.run.steps:
-            self.ledger.leave('fields', 'no end time has fields')
+            self.ledger.leave('fields', 'no output time has fields')
         for k in range(self.run.steps):
             self.end_time(k)
 
     def end_time(self, k: int) -> None:
-        """All lines of one end time."""
+        """All lines of one output time."""
         run, ledger = self.run, self.ledger
         u, reaction = run.field('PointData', 'displacement', k), run.field('PointData', 'reaction', k)
         contact = len(run.contact.get('step', ())) > 0
@@ -162,7 +162,7 @@ class Proof:
             ledger.judge('table of contact: forces', min(moments) / (size * np.abs(x).max()))
 
     def energies(self, strain: float, penalty: float, friction: float) -> None:
-        """Energies of the audit at an end time from the fields."""
+        """Energies of the audit at an output time from the fields."""
         run, ledger = self.run, self.ledger
         at = np.flatnonzero(run.audit.get('step', np.zeros(0)) == ledger.step)
         if len(at) != 1 or not self.pairs:
@@ -210,6 +210,6 @@ def main(given: argparse.Namespace) -> int:
         return 2
     if not given.quiet:
         print('\n'.join(ledger.rows()))
-    print(f'{given.results}: {proof["end_times"]} end times, {proof["proved"]} lines proved, '
+    print(f'{given.results}: {proof["end_times"]} output times, {proof["proved"]} lines proved, '
           f'{proof["open"]} open, {proof["refuted"]} refuted; sha256 {proof["sha256"]}')
     return 1 if proof['refuted'] else 0 if proof['proved'] else 2

@@ -20,7 +20,7 @@ FIELDS = ('mises', 'pressure', 'displacement') + scene.STRESSES
 def plot(results: Results, path: str, frame: int = -1, field: str = 'mises',
          pair: Optional[str] = None, scale: float = 1.0,
          view: tuple[float, float] = scene.FRONT) -> None:
-    """Draws one end time and writes the picture."""
+    """Draws one output time and writes the picture."""
     frame = results.index(frame)
     shown = [scene.bodies(results, frame, field, scale, view)]
     if results.pairs and os.path.exists(surfaces_beside(results.path)):
@@ -31,11 +31,11 @@ def plot(results: Results, path: str, frame: int = -1, field: str = 'mises',
 
 
 def main(arguments: Optional[list[str]] = None) -> int:
-    """Draws one end time of the results file on the command line."""
+    """Draws one output time of the results file on the command line."""
     parser = argparse.ArgumentParser(prog='plot_cube', description=__doc__)
     parser.add_argument('results', help='.vtkhdf file')
     parser.add_argument('--out', default='cube.png', help='picture (.png, .pdf, .svg)')
-    parser.add_argument('--frame', type=int, default=-1, help='end time, from 0 (default: last)')
+    parser.add_argument('--frame', type=int, default=-1, help='output time, from 0 (default: last)')
     parser.add_argument('--field', choices=FIELDS, default='mises', help='what colours the facets')
     parser.add_argument('--pair', help='contact pair (default: all)')
     parser.add_argument('--scale', type=float, default=1.0, help='magnifies the displacements')

@@ -28,7 +28,7 @@ def array(name: str, values: NDArray) -> str:
 
 
 def fields(vtk: Any, group: str, frame: int, count: int) -> str:
-    """All fields of points or cells at one end time."""
+    """All fields of points or cells at one output time."""
     text = ''
     for name, data in vtk[group].items():
         first = int(vtk['Steps'][group + 'Offsets'][name][frame])
@@ -37,7 +37,7 @@ def fields(vtk: Any, group: str, frame: int, count: int) -> str:
 
 
 def write_vtu(vtk: Any, frame: int, path: str) -> None:
-    """One end time of a grid as a VTU file."""
+    """One output time of a grid as a VTU file."""
     points, cells = int(vtk['NumberOfPoints'][0]), int(vtk['NumberOfCells'][0])
     with open(path, 'w', encoding='ascii') as stream:
         stream.write('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0" '
@@ -53,7 +53,7 @@ def write_vtu(vtk: Any, frame: int, path: str) -> None:
 
 
 def export_grid(path: str, folder: str, name: str) -> list[str]:
-    """All end times of a VTKHDF file as VTU files, and a PVD file that lists them."""
+    """All output times of a VTKHDF file as VTU files, and a PVD file that lists them."""
     written = []
     with h5py.File(path, 'r') as file:
         vtk = file['VTKHDF']

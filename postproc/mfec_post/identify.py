@@ -507,7 +507,7 @@ def plan(deck: Deck, given: argparse.Namespace, names: list[str], with_rule: boo
     estimate = Estimate(columns, (jacobian[:, :2] / sigma[:, :, None]).reshape(
         -1, len(columns)))
     values = np.append(x, deck.rule) if with_rule else x
-    lines = [f'plan: {len(times)} end times of {given.deck}, forces R1 and R2 of '
+    lines = [f'plan: {len(times)} output times of {given.deck}, forces R1 and R2 of '
              f'{given.set_name}, deviation {given.sigma}',
              f'condition number {estimate.condition:.3g}']
     share = float(given.sigma[:-1]) / 100.0 if given.sigma.endswith('%') else 0.01

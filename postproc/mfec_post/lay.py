@@ -1,7 +1,7 @@
 """A picture of the lay of a master surface and of the friction forces on it.
 
 The master surface is seen along its mean normal. Short lines show the lay at its nodes (the field
-`lay` of OUTPut FIELds), dots the contact points at some end times, arrows the friction forces on
+`lay` of OUTPut FIELds), dots the contact points at some output times, arrows the friction forces on
 the slave side.
 """
 from __future__ import annotations
@@ -29,7 +29,7 @@ def view(normal: NDArray) -> NDArray:
 
 
 class Surface:
-    """The master surface of a pair at one end time."""
+    """The master surface of a pair at one output time."""
 
     def __init__(self, results: Results, pair: str, frame: int):
         self.points = results.contact(pair, frame)
@@ -94,7 +94,7 @@ def main(arguments: Optional[list[str]] = None) -> int:
     parser.add_argument('results', help='results file (.vtkhdf) with the field lay')
     parser.add_argument('--pair', help='name of the pair; the first one without it')
     parser.add_argument('--frames', type=int, nargs='+', metavar='K',
-                        help='end times whose points are drawn, counted from 0; three without it')
+                        help='output times whose points are drawn, counted from 0; three without it')
     parser.add_argument('--out', default='lay.png', help='picture to write')
     given = parser.parse_args(arguments)
     try:

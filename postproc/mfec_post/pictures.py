@@ -53,22 +53,22 @@ class Maker:
 
 
 def picture(given: argparse.Namespace) -> str:
-    """Draws one end time."""
+    """Draws one output time."""
     drawing.draw(Maker(given)(given.frame), given.out, tuple(given.size), given.dpi)
     return given.out
 
 
 def common_limits(make: Callable[[int], scenes.Scene], steps: int) -> tuple[float, float]:
-    """One scale of colours for all end times."""
+    """One scale of colours for all output times."""
     ends = [scenes.colour_limits(make(frame)) for frame in range(steps)]
     return min(low for low, _ in ends), max(high for _, high in ends)
 
 
 def movie(given: argparse.Namespace, show: Optional[Callable[[str], None]] = None) -> str:
-    """Draws all end times into a GIF or an MP4."""
+    """Draws all output times into a GIF or an MP4."""
     make = Maker(given)
     if make.steps == 0:
-        raise KeyError(f'{given.results} holds no end time with fields')
+        raise KeyError(f'{given.results} holds no output time with fields')
     limits = common_limits(make, make.steps)
     view = make(make.steps - 1).view
     pictures = []

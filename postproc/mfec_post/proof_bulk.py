@@ -1,6 +1,7 @@
 """The bodies of a results file: internal forces, stresses and energy from the displacements alone.
 
-Formulas as in doc/theory, "Bulk", written down anew."""
+Formulas as in doc/theory, "Bulk", written down anew; what they discretise is
+doc/theory, eqs. (2.1), (2.4)."""
 from __future__ import annotations
 
 import numpy as np

@@ -45,7 +45,7 @@ def normal_share(x: Array, height: Array, f: Array) -> Array:
 
 
 class Points:
-    """The points of a pair at one end time; `at` are those with a facet."""
+    """The points of a pair at one output time; `at` are those with a facet."""
 
     def __init__(self, pair: Pair, k: int):
         group = pair.group
@@ -100,7 +100,7 @@ class Pair:
             run.x0[self.facets[:, 0]] - run.x0[self.facets[:, 1]], axis=1)))
 
     def rows(self, name: str, k: int) -> Any:
-        """What is written of an end time, a row for each of those that are there, of the others
+        """What is written of an output time, a row for each of those that are there, of the others
         zeros; version 1 has rows of all."""
         data = self.group.get(name)
         if data is None or data.ndim == (2 if name in ('offset', 'lift') else 3):

@@ -1,4 +1,6 @@
-"""The contact points of an end time against Signorini's conditions and Coulomb's law.
+"""The contact points of an output time against Signorini's conditions and Coulomb's law.
+
+doc/theory, eqs. (2.2), (2.3).
 
 What the law is asked of are carriers: points with a penalty or multiplier of their own, or (in
 proof_mortar) slave nodes."""
@@ -42,7 +44,7 @@ class Base:
 
     @staticmethod
     def of(old: Points, at: Array) -> Base:
-        """That of points which are those of the end time before."""
+        """That of points which are those of the output time before."""
         closed = old.status[at] > OPEN
         way = np.zeros((len(at), 3)) if old.way is None else old.way[at]
         return Base(closed, np.where(closed, old.path[at], 0), np.where(closed[:, None], way, 0),
@@ -50,7 +52,7 @@ class Base:
 
 
 class Judge:
-    """The lines of one pair, end time after end time."""
+    """The lines of one pair, output time after output time."""
 
     def __init__(self, pair: Pair, ledger: Ledger):
         self.pair, self.ledger = pair, ledger
@@ -59,7 +61,7 @@ class Judge:
         self.row: dict[str, Any] = {}
 
     def end_time(self, k: int, x: Array, scale: float, cut: bool) -> tuple[Points, float]:
-        """All lines of one end time; the energy of the penalty."""
+        """All lines of one output time; the energy of the penalty."""
         pair, ledger, p = self.pair, self.ledger, Points(self.pair, k)
         self.x, self.scale, self.cut = x, max(scale, TINY), cut
         self.noise = 64 * ROUND_OFF * (pair.run.size + float(np.abs(x).max())) / pair.edge
@@ -218,10 +220,10 @@ class Judge:
         ledger.judge('slip rule', np.maximum(beside, -dot(moved, back) / ratio)[on], c.who[on], blur[on])
 
     def ways(self, p: Points, at: Array, c: Carriers, e: Array) -> None:
-        """Start apexes against those of the end time before, work of friction, slip path."""
+        """Start apexes against those of the output time before, work of friction, slip path."""
         pair, ledger, old = self.pair, self.ledger, self.old
         if not self.known or old is None:
-            ledger.leave('history', 'the first end time, a cut increment, or fields not of each one',
+            ledger.leave('history', 'the first output time, a cut increment, or fields not of each one',
                          len(at))
             return
         base = Base.of(old, at)
@@ -246,7 +248,7 @@ class Judge:
                                          / (pair.edge + 100 * bend))[told], c.who[told])
 
     def same_cells(self, p: Points, at: Array) -> Array:
-        """Which points are those of the end time before."""
+        """Which points are those of the output time before."""
         old = self.old
         if old is None or not self.pair.cells:
             return np.ones(len(at), bool)

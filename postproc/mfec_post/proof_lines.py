@@ -59,7 +59,7 @@ LINES = {
     'no friction without mu': Line('traction', '4', 1e-8),
     'stick: the apex rests': Line('tip, start_tip', '4', 1e-12),
     'slip rule': Line('tip, start_tip, traction', '4', 1e-5, 0, 1e-4),
-    # contact, from one end time to the next
+    # contact, from one output time to the next
     'history': Line('start_tip, tip before', '10', 1e-10),
     'history over an edge': Line('start_tip, tip before', '10', 1e-7),
     'history of new cells': Line('start_tip, tip before', '6.4', 1e-7),

@@ -25,7 +25,7 @@ class NodeJudge(Judge):
         self.means: dict[Any, tuple[float, Any]] = {}
 
     def end_time(self, k: int, x: Array, scale: float, cut: bool) -> tuple[Points, float]:
-        """All lines of one end time; where nothing is closed nothing is remembered."""
+        """All lines of one output time; where nothing is closed nothing is remembered."""
         found = super().end_time(k, x, scale, cut)
         if not self.row['active']:
             self.nodes = {}
@@ -110,7 +110,7 @@ class NodeJudge(Judge):
             same = self.same_cells(p, at) & known[place].any(1)
             if self.old is not None:
                 self.starts(p, at, same & (self.old.status[at] > OPEN))
-        ledger.leave('history', 'multipliers that have closed, a cut increment, or the first end time',
+        ledger.leave('history', 'multipliers that have closed, a cut increment, or the first output time',
                      (closed & ~known).sum())
         free = closed & ~held.any(1)
         slides = known & (np.linalg.norm(slip, axis=1) > 1e-8 * edge)

@@ -16,7 +16,7 @@ class Refusal(ValueError):
 
 
 class Run:
-    """The parts of a results file: what does not change, and one end time after the other."""
+    """The parts of a results file: what does not change, and one output time after the other."""
 
     def __init__(self, path: str):
         self.file = h5py.File(path, 'r')
@@ -77,7 +77,7 @@ class Run:
         return np.asarray(self.file[path][()][self.numbers - 1])
 
     def field(self, kind: str, name: str, k: int) -> Optional[Array]:
-        """A field of end time k, None if it is not written."""
+        """A field of output time k, None if it is not written."""
         if name not in self.vtk[kind]:
             return None
         start = int(self.starts[kind][name][k])

@@ -21,7 +21,7 @@ from .tables import TableError
 CSS = '''body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em;color:#222}
 h1{font-size:1.5em}h2{font-size:1.2em;border-bottom:1px solid #ccc;margin-top:2em}
 img{max-width:100%;width:30em}img.wide{width:44em}
-.pictures{display:flex;flex-wrap:wrap;gap:.5em}.pictures p{flex:1 1 20em;max-width:30em;margin:0}
+.pictures{display:flex;flex-wrap:wrap;gap:.5em}.pictures p{flex:1 1 27em;max-width:30em;margin:0}
 .table{overflow-x:auto}
 pre{background:#f6f6f6;padding:.8em;overflow:auto;font-size:12px}nav{display:flex;flex-wrap:wrap;gap:1em}
 table{border-collapse:collapse;font-size:14px}
@@ -58,7 +58,7 @@ def rows(lines: list[list[str]], head: list[str], numbers: tuple[int, ...] = ())
 def problem(results: Results, log: str) -> str:
     """Program, mesh, materials, pairs with law and penalty, solver."""
     lines = [['program', results.text('version')], ['command', results.text('settings')],
-             ['end times with fields', str(results.steps)]]
+             ['output times with fields', str(results.steps)]]
     found = HEAD.findall(log.split('\naudit:')[0])
     names = {'solver:': 'solver'}
     lines += [[names.get(word, word), text] if word else ['at the start', start]
@@ -151,8 +151,8 @@ def drawn(made: list[scenes.Scene], folder: str) -> str:
 
 
 def pictures(results: Results, base: str, folder: str) -> str:
-    """The last end time: stresses, and pressure and status of each pair."""
-    text = '<h2 id="pictures">Pictures of the last end time</h2>\n'
+    """The last output time: stresses, and pressure and status of each pair."""
+    text = '<h2 id="pictures">Pictures of the last output time</h2>\n'
     made = []
     if results.steps and 'stress' in results.vtk['CellData']:
         made.append(scenes.bodies(results))
@@ -173,7 +173,7 @@ def pictures(results: Results, base: str, folder: str) -> str:
 
 
 def fields(results: Results, base: str) -> str:
-    """Each field: its unit, its range at the last end time, what it is."""
+    """Each field: its unit, its range at the last output time, what it is."""
     lines = field_rows(results.vtk, 'of the bodies')
     path = base + '.contact.vtkhdf'
     if os.path.exists(path):

@@ -30,7 +30,7 @@ def mises(stress: NDArray) -> NDArray:
 
 
 class Results:
-    """A results file open for reading. End times of the fields count from 0 (-1 is the last)."""
+    """A results file open for reading. Output times of the fields count from 0 (-1 is the last)."""
 
     def __init__(self, path: str):
         self.path = results_path(path)
@@ -50,10 +50,10 @@ class Results:
         self.file.close()
 
     def index(self, frame: int) -> int:
-        """The end time `frame`, counted from 0, or from the end if negative."""
+        """The output time `frame`, counted from 0, or from the end if negative."""
         index = frame + self.steps if frame < 0 else frame
         if not 0 <= index < self.steps:
-            raise IndexError(f'{self.path} holds {self.steps} end times with fields, not {frame}')
+            raise IndexError(f'{self.path} holds {self.steps} output times with fields, not {frame}')
         return index
 
     def text(self, name: str) -> str:
@@ -83,11 +83,11 @@ class Results:
         return self.vtk['Connectivity'][:][offsets[:, None] + np.arange(10)]
 
     def point_field(self, name: str, frame: int = -1) -> NDArray:
-        """A field over the points at one end time."""
+        """A field over the points at one output time."""
         return self._field('PointData', name, frame, int(self.vtk['NumberOfPoints'][0]))
 
     def cell_field(self, name: str, frame: int = -1) -> NDArray:
-        """A field over the cells at one end time; `von_mises` follows from the stress."""
+        """A field over the cells at one output time; `von_mises` follows from the stress."""
         if name == 'von_mises' and name not in self.vtk['CellData']:
             return mises(self.cell_field('stress', frame))
         return self._field('CellData', name, frame, int(self.vtk['NumberOfCells'][0]))
@@ -124,7 +124,7 @@ class Results:
         return np.flatnonzero(np.isin(self.node_numbers, sets[name][:]))
 
     def set_displacement(self, name: str) -> NDArray:
-        """Mean displacement of the nodes of a set at each end time (times, 3)."""
+        """Mean displacement of the nodes of a set at each output time (times, 3)."""
         nodes = self.set_nodes(name)
         return np.array([self.point_field('displacement', k)[nodes].mean(axis=0)
                          for k in range(self.steps)]).reshape(-1, 3)
@@ -147,7 +147,7 @@ class Results:
                 if isinstance(groups[key], h5py.Group)}
 
     def contact(self, pair: str, frame: int = -1) -> dict[str, NDArray]:
-        """The contact points of a pair at one end time as a dictionary of arrays.
+        """The contact points of a pair at one output time as a dictionary of arrays.
 
         A point is the sum of the nodes in its row of `node` times the `weight`s there: one node
         with NTOS, the three of a facet with GTOS; with SEGMent they change with time. `traction`

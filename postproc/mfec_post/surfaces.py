@@ -19,7 +19,7 @@ def surfaces_beside(path: str) -> str:
 
 
 class Surface:
-    """One side of a contact pair at one end time."""
+    """One side of a contact pair at one output time."""
 
     def __init__(self, points: NDArray, facets: NDArray, mids: NDArray, nodes: NDArray,
                  at_nodes: dict[str, NDArray], at_facets: dict[str, NDArray]):
@@ -61,7 +61,7 @@ class Surface:
 
 
 class Surfaces:
-    """A file of contact surfaces open for reading. End times count from 0 (-1 is the last)."""
+    """A file of contact surfaces open for reading. Output times count from 0 (-1 is the last)."""
 
     def __init__(self, path: str):
         self.path = path
@@ -92,14 +92,14 @@ class Surfaces:
         return value.decode() if isinstance(value, bytes) else str(value)
 
     def surface(self, pair: str, side: str = 'slave', frame: int = -1) -> Surface:
-        """One side, `slave` or `master`, of a pair at one end time."""
+        """One side, `slave` or `master`, of a pair at one output time."""
         if pair not in self.pairs:
             raise KeyError(f'{self.path} has no pair {pair}; it has: ' + ', '.join(self.pairs))
         if side not in SIDES:
             raise KeyError(f'a pair has no side {side}; it has: ' + ', '.join(SIDES))
         index = frame + self.steps if frame < 0 else frame
         if not 0 <= index < self.steps:
-            raise IndexError(f'{self.path} holds {self.steps} end times, not {frame}')
+            raise IndexError(f'{self.path} holds {self.steps} output times, not {frame}')
         wanted = (self.pairs[pair], SIDES[side])
         points = np.flatnonzero(self._chosen('PointData', wanted))
         triangles = np.isin(self.vtk['Types'][:], TRIANGLES)

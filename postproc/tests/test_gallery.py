@@ -55,7 +55,7 @@ def test_numbers_and_pictures_are_those_of_a_run(tmp_path, name):
 
 
 def test_a_scene_is_drawn_in_colours_of_its_range(tmp_path):
-    """The picture of another end time is another picture: the comparison above can fail."""
+    """The picture of another output time is another picture: the comparison above can fail."""
     name, deck, options, panels, curve, *_ = scenes.SCENES[0]
     base = figures.run(str(tmp_path), figures.deck_of(deck), options)
     other = [(what, 2, view) for what, _, view in panels]

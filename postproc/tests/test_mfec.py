@@ -49,7 +49,7 @@ def test_fields(block):
 
 
 def test_audit(block):
-    """The audit is a table of all checks at all end times."""
+    """The audit is a table of all checks at all output times."""
     result, _ = block
     assert set(result.audit['step']) == set(range(1, 9))
     balance = result.audit[result.audit['check'] == 'balance']
@@ -59,7 +59,7 @@ def test_audit(block):
 
 
 def test_progress(block):
-    """Each solve and each end time is told, and the share of what is done grows to 1."""
+    """Each solve and each output time is told, and the share of what is done grows to 1."""
     result, heard = block
     assert len(heard) == len(result.iterations) + 8
     shares = [p.done for p in heard]
@@ -155,7 +155,7 @@ def test_broken_program(tmp_path):
 def test_check(tmp_path):
     """--check as a list of lines; what is to be looked at is there, if it is named."""
     lines = mfec.check(BLOCK)
-    assert lines[0].startswith('the deck is sound: 51 nodes')
+    assert lines[0].startswith('no errors in the deck: 51 nodes')
     assert not any('looked at' in line for line in lines)
     lines = mfec.check(BLOCK, out=tmp_path)
     assert 'looked at' in lines[-1] and (tmp_path / 'block_on_plate.check.vtkhdf').exists()

@@ -79,7 +79,7 @@ def test_pictures_look_as_they_did(runs, tmp_path, name):
 
 @WITH_PYVISTA
 def test_a_wrong_picture_is_found(runs, tmp_path):
-    """The tolerance tells one end time from another."""
+    """The tolerance tells one output time from another."""
     out, kept = str(tmp_path / 'p.png'), os.path.join(HERE, 'pictures', 'cube_mises.png')
     assert cli.main(['picture', runs['cube'], '--frame', '0', *PRINT, '--out', out]) == 0
     with Image.open(out) as new, Image.open(kept) as old:

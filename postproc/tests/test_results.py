@@ -54,7 +54,7 @@ def test_what_is_not_there_is_said_with_what_is(results):
         results.point_field('temperature')
     with pytest.raises(KeyError, match='top'):
         results.set_nodes('bottom')
-    with pytest.raises(IndexError, match='8 end times'):
+    with pytest.raises(IndexError, match='8 output times'):
         results.point_field('displacement', 8)
     assert results.text('title') == 'a cube'
 

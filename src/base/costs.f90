@@ -49,10 +49,10 @@ module costs
     'contact search', 'matrix pattern', 'bulk tangent', 'contact tangent', 'residual', &
     'symbolic factorisation', 'unsymmetric factorisation', 'symmetric factorisation', 'solve', &
     'output', 'output fields', 'dense factorisation', 'compliance columns', &
-    'displacements inside', 'audit', 'first touches', 'iterations of GMRES', &
-    'the same, for the bulk', 'steps with the same factor', 'facets cut to cells', &
-    'set-ups of multigrid', 'flushes of results', 'rounds of multipliers', 'multipliers weighed', &
-    'compliances of multipliers', 'most iterations of a solve']
+    'recovery of interior dofs', 'audit', 'contact initiations', 'GMRES iterations', &
+    'GMRES iterations, bulk', 'modified Newton steps', 'segmented facets', &
+    'set-ups of multigrid', 'flushes of results', 'mortar iterations', 'mortar weights made', &
+    'mortar compliances', 'most iterations of a solve']
 
   !> Counts and wall-clock seconds of one run.
   type :: cost_t

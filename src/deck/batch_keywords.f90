@@ -19,7 +19,7 @@ contains
     call explain(t, 'Example: DT,,0.1')
     call add_command(t, table_batch, 'STEP', '- p:n', 'n increments, each iterated and cut')
     call explain(t, 'Increments of DT with line search; a failed one is cut and grown again. The')
-    call explain(t, 'n end times are always hit, and only they are written to tables.')
+    call explain(t, 'n output times are always hit, and only they are written to tables.')
     call explain(t, 'Example: STEP,,25')
     do k = 1, n_settings
       if (settings_of_deck(k)%summary /= '') call add_command(t, table_batch, &
@@ -70,7 +70,7 @@ contains
     call explain(t, '  NEXT')
     call add_command(t, table_batch, 'BACK', '| - [q:dt]', &
                      'gives up the increment that TIME has begun')
-    call explain(t, 'Time, displacements and contact history are those of the last end time;')
+    call explain(t, 'Time, displacements and contact history are those of the last output time;')
     call explain(t, 'dt is the new DT. Only increments of TIME that nothing has accepted yet.')
   end subroutine add_solution_keywords
 
@@ -97,7 +97,7 @@ contains
     call explain(t, 'Example: SAVE,pressed ... REST,pressed')
     call add_command(t, table_batch, 'CHECk', '| UNIQue', 'prints what the mesh is like')
     call explain(t, 'Nodes, elements, volumes and the worst shape. CHECk,UNIQue: whether')
-    call explain(t, 'the end time has other answers beside its own (Coulomb friction may): how')
+    call explain(t, 'the output time has other answers beside its own (Coulomb friction may): how')
     call explain(t, 'much friction it bears, and what second starts find.')
     call add_command(t, table_batch, 'END', '', 'ends the solution commands')
     call add_command(t, table_batch, 'STOP', '', 'ends the deck (optional)')

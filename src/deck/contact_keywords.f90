@@ -50,7 +50,7 @@ contains
     call explain(t, '(default 1e-6), within max updates (25; GTOS: 50).')
     call explain(t, 'SHRInk: what overlaps at the start counts in proportion to the table.')
     call explain(t, 'ADJUst: with a gap or penetration at the start of at most tolerance (default:')
-    call explain(t, 'the sag of the curved facets there, at least 1e-3 and at most 1/20 of the')
+    call explain(t, 'chordal deviation of the facets there, at least 1e-3, at most 1/20 of the')
     call explain(t, 'slave''s facet); elements keep their shape.')
     call explain(t, 'Example:')
     call explain(t, '  CONTact')

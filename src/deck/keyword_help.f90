@@ -80,11 +80,11 @@ contains
       '  --solver S         '//solver_list(', ', ' or ')//'; goes before SOLVer'//nl// &
       '  --threads N        threads for elements, contact points and large factors (1)'//nl// &
       '  --restart FILE     goes on from the last state in a results file (.vtkhdf)'//nl// &
-      '  --step K           goes on from its end time K instead'//nl// &
+      '  --step K           goes on from its output time K instead'//nl// &
       '  --sens NAME,NAME   derivatives of the reactions by these, as SENSitivity'//nl// &
       '  --vary NAME=VALUES many variants of the run, as STUDy: a,b,c or from:to:step'//nl// &
       '  --mesh FILE        a mesh file in place of the nodes and elements of the deck'//nl// &
-      '  --increments N     halves each interval between end times: 1, 2, 4, ... increments'//nl// &
+      '  --increments N     halves each interval of output times: 1, 2, 4, ... increments'//nl// &
       '  --penalty-factor F times the PENAlty of each pair'//nl// &
       '  --log LEVEL        brief (no iterations), normal, or full (worst node, all audits)'//nl// &
       '  --quiet            no progress'//nl// &

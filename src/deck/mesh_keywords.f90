@@ -168,7 +168,7 @@ contains
     call add_word(t, 'REACtions', 'w:set...', 'sets of the reaction table, in its order')
     call add_word(t, 'FIELds', 'NONE | c:'//field_words()//'...', &
                   'fields of the result file')
-    call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th end time')
+    call add_word(t, 'EVERy', 'p:n', 'fields and state at each n-th output time')
     call add_word(t, 'STATe', 'ALL | LAST [p:n] | NONE', 'states kept for a restart')
     call add_word(t, 'TABLes', 'ALL', 'of a study: a reaction table for each variant')
     call add_word(t, 'POINts', 'a:pair...', 'pairs of the table of points')

@@ -27,7 +27,7 @@ module friction_laws
 
   !> What points remember if a law asks for it.
   type(law_state_t), parameter :: slip_path = law_state_t('slip_path', 'length', &
-    'way that the point has slipped since it has touched')
+    'path that the point has slipped since its closure')
 
   !> Relative change of the slip path at which its iteration ends; steps that it never needs.
   real(wp), parameter :: path_tolerance = 4.0_wp*epsilon(1.0_wp)

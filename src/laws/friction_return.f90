@@ -1,8 +1,8 @@
 !> Return map of the elliptical Coulomb law: the only place where stick or slip is decided.
 !!
-!! The law, the three slip rules and the derivatives: doc/theory, "Elliptical cone", "Return map",
-!! eqs. (4.1), (4.2), (4.3). All quantities are lengths (penalty divided out): trial components s
-!! along the principal axes, rho = -g_N.
+!! The law, the three slip rules and the derivatives: doc/theory, "Strong form", eq. (2.3), "Return
+!! map", eqs. (4.1), (4.2), (4.3). All quantities are lengths (penalty divided out): trial
+!! components s along the principal axes, rho = -g_N.
 module friction_return
   use kinds, only: wp
   use vectors, only: length

@@ -31,7 +31,7 @@ module linear_solver
   integer, parameter :: solver_auto = 0
   integer, parameter :: solver_reduced = n_back_ends + 1
   type(solver_words_t), parameter :: solver_words(0:solver_reduced) = [ &
-    solver_words_t('AUTO', 'what the scene needs (the default); the log says which', ''), &
+    solver_words_t('AUTO', 'what the model needs (the default); the log says which', ''), &
     back_end_words, solver_words_t('REDUced', 'works on the contact forces', &
     'REDUced, one symmetric factor a body and dense systems of the contact forces')]
 

@@ -12,8 +12,8 @@ module tetrahedra
 
 contains
 
-  !> Where the points of a curved element of ten nodes lie on the way from its centre to a corner: two
-  !! tetrahedra of points, degree 3 with equal weights.
+  !> Where the points of a curved element of ten nodes lie on the way from its centre to a corner:
+  !! two tetrahedra of points, degree 3 with equal weights.
   pure function shares_of_points() result(share)
     real(wp) :: share(2)
     real(wp) :: sum_s, root

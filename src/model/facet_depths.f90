@@ -28,7 +28,7 @@ module facet_depths
     0.25_wp, 0.25_wp, 2.5_wp, 0.25_wp, 0.25_wp, 0.25_wp, 2.5_wp]/3.0_wp, [3, n_rays])
   !> A ray that passes an edge by less, in shape functions, meets the facet.
   real(wp), parameter :: edge_slack = 1.0e-6_wp
-  !> Of the thickness; the rest is for a body that is squeezed while its own back lies that deep.
+  !> Of the thickness; the rest is for a body that is squeezed while its opposite face lies there.
   real(wp), parameter :: share = 0.9_wp
   !> A ray leaves through a facet if the cosine with its normal is larger; else it runs along it.
   real(wp), parameter :: least_leaving_cosine = 1.0e-6_wp

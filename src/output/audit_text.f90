@@ -34,7 +34,7 @@ contains
     type(audit_t), intent(in) :: audit !! an audited end time
     logical, intent(in) :: full !! all lines
     character(:), allocatable :: table
-    character(14) :: name
+    character(15) :: name
     integer :: i
 
     table = 'audit: step '//to_text(audit%step)//' time '//to_text(audit%time)//' '// &
@@ -92,11 +92,13 @@ contains
     associate (value => audit%value(check), worst => audit%worst(check))
       select case (check)
       case (check_balance)
-        t = 'forces and moments of '//count_noun(system%body%bodies, 'body')//' cancel to '// &
-          to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+        t = 'forces and moments of '//count_noun(system%body%bodies, 'body')// &
+          ' are in equilibrium to '//to_text(value, 2)//' of the force scale '// &
+          to_text(audit%scale, 4)
         if (system%body%bodies > 1) t = 'forces and moments of each of '// &
           to_text(system%body%bodies)// &
-          ' bodies cancel to '//to_text(value, 2)//' of the force scale '//to_text(audit%scale, 4)
+          ' bodies are in equilibrium to '//to_text(value, 2)//' of the force scale '// &
+          to_text(audit%scale, 4)
         t = t//round_off_text(audit)
       case (check_work)
         t = 'work '//to_text(audit%sum%work, 4)//' is in strain '//to_text(audit%strain_energy, &
@@ -152,7 +154,7 @@ contains
     end if
     if (audit%value(check_work) <= most_lost .or. audit%verdict(check_work) /= 0) return
     if (audit%depends_on_path) then
-      t = t//' so far (judged at the last end time)'
+      t = t//' so far (judged at the last output time)'
     else
       t = t//' (long increments; without friction the state does not depend on the path)'
     end if
@@ -237,7 +239,8 @@ contains
           ' % of forces or displacements, most of it pair '//model%pairs(worst)%name
       case default
         t = 'enough'
-        if (worst > 0) t = 'points of pair '//model%pairs(worst)%name//' have found no room'
+        if (worst > 0) t = 'too little for the points of pair '// &
+          model%pairs(worst)%name
       end select
     end associate
   end function scene_finding
@@ -268,8 +271,8 @@ contains
       t = 'small strain is a linear theory, wrong by about the strain itself: lower the load, '// &
         'or look for a sharp edge or a single node that carries it'
     case (check_rotation, check_turning)
-      t = 'small strain takes a turn by a for a strain of a^2/2, which makes stresses: turn '// &
-        'the mesh beforehand, or hold the body'
+      t = 'in small strain a rotation by a produces a spurious strain a^2/2 and stresses: '// &
+        'rotate the mesh beforehand, or restrain the body'
     case (check_penetration)
       t = 'the bodies overlap visibly: MORTar, a stiffer PENAlty, or AUGMent'
     case (check_edges)

@@ -32,7 +32,7 @@ contains
     call write_block(file, '/audit/sum_names', sum_names, at_end, error)
     if (allocated(error)) return
     call make_series(file, '/audit/step', stored_integer, [integer ::], 1, '1', &
-      'number of the end time', error)
+      'number of the output time', error)
     if (allocated(error)) return
     call make_series(file, '/audit/time', stored_real, [integer ::], 1, 'time', 'its time', error)
     if (allocated(error)) return

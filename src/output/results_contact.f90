@@ -47,7 +47,7 @@ module results_contact
     column_t('frictional_slip', at_way, 3, 'length', &
     'slip since the touch: sum of the paths of the cones over the master; slave side'), &
     column_t('slip_path', at_path, 1, 'length', &
-    'length of the way slipped since the touch; slave side'), &
+    'length of the path slipped since closure; slave side'), &
     column_t('stick_share', at_stick, 1, '1', 'share of the area that sticks; slave side'), &
     column_t('slip_share', at_slipping, 1, '1', 'share of the area that slips; slave side'), &
     column_t('lay', at_lay, 3, '1', 'unit axis of mu1, zero without one'), &

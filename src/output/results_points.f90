@@ -31,7 +31,7 @@ contains
     call make_group(file, '/contact', error)
     if (allocated(error)) return
     call make_series(file, '/contact/step', stored_integer, [integer ::], 1, '1', &
-      'number of the end time', error)
+      'number of the output time', error)
     if (allocated(error)) return
     call make_series(file, '/contact/time', stored_real, [integer ::], 1, 'time', 'its time', error)
     if (allocated(error)) return

@@ -219,7 +219,7 @@ contains
       group//'/facet_axis', pair%surface%facet_axis, 'vector of FIELd of each facet', error)
     if (.not. allocated(error) .and. pair%smooth) call make_series(file, group//'/patch', &
       stored_real, [n_patch_values], min(count_points(pair), size(pair%surface%facets, 2)), &
-      'length', 'of the facets in host at an end time, in their order, along a1, a2, e: '// &
+      'length', 'of the facets in host at an output time, in their order, along a1, a2, e: '// &
       'curvatures of the edges facing corners 1, 2, 3, normals at these', error)
     if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
     call make_series(file, group//'/middles', stored_integer, [3], size(pair%surface%middles, 2), &

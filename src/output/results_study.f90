@@ -26,7 +26,7 @@ contains
 
     call make_group(file, '/history/sen', error)
     if (.not. allocated(error)) call make_series(file, derivatives//'step', stored_integer, &
-      [integer ::], 1, '1', 'number of the end time', error)
+      [integer ::], 1, '1', 'number of the output time', error)
     if (.not. allocated(error)) call make_series(file, derivatives//'time', stored_real, &
       [integer ::], 1, 'time', 'its time', error)
     if (.not. allocated(error)) call make_text_series(file, derivatives//'quantity', &
@@ -87,11 +87,11 @@ contains
     if (.not. allocated(error)) call make_series(file, '/study/exit', stored_integer, &
       [integer ::], 1, '1', 'its exit code', error)
     if (.not. allocated(error)) call make_series(file, '/study/last', stored_integer, &
-      [integer ::], 1, '1', 'its last end time', error)
+      [integer ::], 1, '1', 'its last output time', error)
     if (.not. allocated(error)) call make_series(file, '/study/rea', stored_real, &
       [3, max(1, sets), max(1, origin%end_times)], 1, 'force', &
-      'reactions of each variant, end time and set; zero up to FROM and behind its last end time', &
-      error)
+      'reactions of each variant, output time and set; zero up to FROM and behind its last '// &
+      'output time', error)
   end subroutine create_study_part
 
   !> Writes what all variants of a study have in common.

@@ -76,7 +76,7 @@ contains
     call make_group(file, group(:len(group) - 1), error)
     if (allocated(error)) return
     call make_series(file, group//'step', stored_integer, [integer ::], 1, '1', &
-      'number of the end time', error)
+      'number of the output time', error)
     if (allocated(error)) return
     call make_series(file, group//'time', stored_real, [integer ::], 1, 'time', 'its time', error)
     if (allocated(error)) return

@@ -328,7 +328,7 @@ contains
     write (line, '(a,t42,f13.3)') 'peak memory, MB', 1.0e-6_wp*peak_memory()
     call log_line(log, line, error)
     if (allocated(error) .or. log%free_dofs == 0) return
-    write (line, '(a,t42,f13.3)') 'the same a free dof, kB', &
+    write (line, '(a,t42,f13.3)') 'memory per free dof, kB', &
       1.0e-3_wp*peak_memory()/real(log%free_dofs, wp)
     call log_line(log, line, error)
   end subroutine log_costs

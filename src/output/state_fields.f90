@@ -37,7 +37,7 @@ module state_fields
   !> Fields of a state as a whole.
   type(field_t), parameter :: fields_of_state(*) = [ &
     field_t('step', stored_integer, 1, over_one, '1', &
-    'number of the end time; 0 or below: not complete', part_mark), &
+    'number of the output time; 0 or below: not complete', part_mark), &
     field_t('time', stored_real, 1, over_one, 'time', 'its time', part_always), &
     field_t('increment', stored_real, 1, over_one, 'time', 'increment size to go on with', &
     part_always), &
@@ -52,7 +52,7 @@ module state_fields
     field_t('displacement_before', stored_real, 3, over_nodes, 'length', &
     'displacement at its start; empty if it is not needed', part_before), &
     field_t('factor_wear', stored_real, 2, over_one, '1', &
-    'passes that the factors of a nonlinear bulk have cost so far, tangents in a row that were '// &
+    'applications of the factors of a nonlinear bulk so far, tangents in a row that were '// &
     'not positive definite; empty with other solvers', part_factor), &
     field_t('factor_displacement', stored_real, 3, over_nodes, 'length', &
     'displacement at which they were made; empty if they are those of the bodies at rest', &
@@ -120,8 +120,8 @@ module state_fields
     field_t('node_normal', stored_real, 3, over_points, '1', 'normals of these', part_mortar), &
     field_t('node_force', stored_real, 3, over_points, 'force', 'their forces', part_mortar), &
     field_t('node_path', stored_real, 1, over_points, 'length', &
-    'way that they have slipped since the touch', part_mortar), &
-    field_t('node_way', stored_real, 3, over_points, 'length', 'this way with its directions', &
+    'path that they have slipped since closure', part_mortar), &
+    field_t('node_way', stored_real, 3, over_points, 'length', 'this path with its directions', &
     part_mortar), &
     field_t('node_dissipation', stored_real, 1, over_points, 'force length', &
     'work that their friction has taken', part_mortar)]

@@ -191,7 +191,7 @@ contains
     if (slot > 0) return
     if (all(steps < 1)) then
       call raise(error, exit_deck, 'error: '//file%path//' holds no state of step '// &
-        to_text(step)//nl//'  the run that wrote it ended before its first end time (or the '// &
+        to_text(step)//nl//'  the run that wrote it ended before its first output time (or the '// &
         'first of OUTPut EVERy)')
     else
       call raise(error, exit_deck, 'error: '//file%path// &

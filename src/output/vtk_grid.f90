@@ -130,7 +130,7 @@ contains
       if (allocated(error)) return
       call add_known(grid, file, trim(known(i)), one(:merge(1, 0, i > 3)), &
         merge(1, 0, i == 2), 0, &
-        'VTKHDF bookkeeping: the geometry is the same at each end time', error)
+        'VTKHDF bookkeeping: the geometry is the same at each output time', error)
     end do
   end subroutine make_steps
 
@@ -197,7 +197,7 @@ contains
     call write_block(file, grid_root//group//'/'//name, values, at_end, error)
     if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, 0, &
-      'first entry of each end time: always 0', error)
+      'first entry of each output time: always 0', error)
   end subroutine add_numbers
 
   !> Makes one field and its offsets.
@@ -220,7 +220,7 @@ contains
       max(1, n), unit, description, error, file%blocks)
     if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, n, &
-      'first entry of each end time', error)
+      'first entry of each output time', error)
   end subroutine add_field
 
   !> Begins an end time: it waits in memory until write_frames, and counts after count_frames.

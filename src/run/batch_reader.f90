@@ -250,12 +250,12 @@ contains
       has_state = .true.
     case ('save')
       if (.not. has_state) call report_error(diagnostics, command%at, &
-        'SAVE before the first end time', 'write it behind STEP, or behind TIME and TANG')
+        'SAVE before the first output time', 'write it behind STEP, or behind TIME and TANG')
     case ('step', 'time')
       has_state = .true.
       if (command%command == 'step' .and. command%v(1) > real(most_end_times, wp)) &
         call report_error( &
-        diagnostics, command%at, 'STEP of '//to_text(nint(command%v(1)))//' end times', &
+        diagnostics, command%at, 'STEP of '//to_text(nint(command%v(1)))//' output times', &
         'the tables number up to '//to_text(most_end_times)//' of them: raise DT')
       if (has_increment) return
       call report_error(diagnostics, command%at, 'no time increment has been given', &

@@ -75,7 +75,7 @@ contains
     call run_commands(commands, run, context, error)
     if (allocated(error) .or. states%step == 0 .or. context%state%step > states%step) return
     call log_warning(context%files%log, &
-      'the deck has no end time behind the state restarted from', error)
+      'the deck has no output time behind the state restarted from', error)
   end subroutine run_batch
 
   !> Carries out commands to the last, or until a rehearsal has found what it looks for.

@@ -38,13 +38,13 @@ contains
     associate (model => context%model, system => context%system)
       call outline_system(model, system, context%state)
       call check_supports(model, system, error=error)
-      call print_line(context%terminal, trim(merge('the deck can be read', &
-        'the deck is sound   ', allocated(error)))//': '// &
+      call print_line(context%terminal, trim(merge('the deck can be read ', &
+        'no errors in the deck', allocated(error)))//': '// &
         count_noun(count(model%mesh%defined), 'node')//', '// &
         count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
         count_noun(size(model%materials), 'material')//', '// &
         count_noun(size(model%pairs), 'contact pair')//', '// &
-        count_noun(count_steps(commands), 'end time'))
+        count_noun(count_steps(commands), 'output time'))
       do k = 1, size(model%notes)
         call print_line(context%terminal, model%notes(k)%s)
       end do

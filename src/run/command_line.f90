@@ -181,7 +181,7 @@ contains
     if (name == '--mesh') options%mesh = value
     if (name == '--penalty-factor') call take_factor(value, options%penalty_factor, error)
     if (name == '--increments') call take_increments(value, options%increments, error)
-    if (name == '--step') call take_count(value, 'number of an end time, 1 or more; without '// &
+    if (name == '--step') call take_count(value, 'number of an output time, 1 or more; without '// &
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
       options%threads, error)
@@ -232,7 +232,7 @@ contains
     character(*), intent(in) :: value !! as written
     integer, intent(inout) :: n !! increments of an interval
     type(error_t), allocatable, intent(out) :: error !! no power of 2, or too many
-    character(*), parameter :: wanted = 'number of increments of each interval between end '// &
+    character(*), parameter :: wanted = 'number of increments of each interval between output '// &
       'times: 1, 2, 4, ... 64'
 
     call take_count(value, wanted, '--increments', n, error)

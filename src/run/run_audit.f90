@@ -93,7 +93,7 @@ contains
 
     if (context%audit%step == 0 .or. context%audit%step /= context%state%step .or. &
       abs(context%audit%time - context%state%time) > 0.0_wp) then
-      t = 'answers: no end time has been solved since the state was taken'
+      t = 'answers: no output time has been solved since the state was taken'
     else
       audit = context%audit
       call judge_answers(context%model, context%system, context%state, &

@@ -76,7 +76,7 @@ contains
     call read_state(path, model, step, saved, error)
     if (allocated(error) .or. saved%step > 0) return
     call raise(error, exit_deck, 'error: '//path//' holds no state to go back to'//new_line('a')// &
-      '  the run that wrote it ended before its first end time (or the first of OUTPut EVERy)')
+      '  the run that wrote it ended before its first output time (or the first of OUTPut EVERy)')
   end subroutine read_kept_state
 
   !> Makes a saved state the present one; the number of its step is left to the caller.

@@ -92,7 +92,7 @@ contains
     i = minloc(abs(plan%times - study%from), 1)
     if (abs(plan%times(i) - study%from) > 1.0e-9_wp*study%from) then
       call report_error(diagnostics, study%from_at, 'FROM '//to_text(study%from)// &
-        ' is no end time of the run', 'the next one is '//to_text(plan%times(i)))
+        ' is no output time of the run', 'the next one is '//to_text(plan%times(i)))
       return
     end if
     common%step = i

@@ -30,7 +30,7 @@ contains
     do k = 1, size(context%touched)
       if (context%touched(k)) cycle
       call context%monitor%warning('pair '//context%model%pairs(k)%name// &
-        ' was in contact at no end time of this run: does its slave move towards the outer '// &
+        ' was in contact at no output time of this run: does its slave move towards the outer '// &
         'side of its master, and far enough?')
     end do
   end subroutine tell_untouched

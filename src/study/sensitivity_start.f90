@@ -86,7 +86,7 @@ contains
     integer :: i, k
 
     if (size(model%pairs) == 0) then
-      call refuse('a scene without contact pairs')
+      call refuse('a model without contact pairs')
     end if
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))

@@ -40,7 +40,7 @@ contains
     if (allocated(error)) return
     call write_line(table%file, '# '//trim(adjustl(title)), error)
     if (.not. allocated(error)) call write_line(table%file, '# study '//study%name// &
-      ': reactions at the last end time of each variant', error)
+      ': reactions at the last output time of each variant', error)
     line = '# variant'
     do i = 1, size(study%varied)
       line = line//right(study%varied(i)%name, 23)

@@ -11,7 +11,7 @@ import sections
 START, FOLLOWER = '## Largest cubes', '## Cost against size'
 SIZES = (36, 45)
 SHARES = ('symmetric factorisation', 'compliance columns', 'solve', 'dense factorisation',
-          'displacements inside')
+          'recovery of interior dofs')
 COLUMNS = ('size', 'dofs', 'cpu', 'wall', 'memory', *SHARES, 'load', 'date')
 
 

@@ -49,15 +49,15 @@ BEST_LIMIT = (
     'commit 91dae3a5).')
 MANY_LIMIT = (
     '1,000 increments: reactions and audit come from the contact forces, interior displacements are '
-    'found at every 64th end time, and a dense factor serves until a point changes its facet. What '
+    'found at every 64th output time, and a dense factor serves until a point changes its facet. What '
     'is left are the iterations themselves: an increment takes one of Newton and three modified '
     'Newton steps, each some products with the compliance. The results file is extended and '
-    'flushed at each end time, so that a kill loses nothing that has converged.')
+    'flushed at each output time, so that a kill loses nothing that has converged.')
 
 
 EIGHT_LIMIT = (
     'Eight derivatives: a run without them shrinks the '
-    'factors of the bodies and recovers interior displacements at the last of 22 end times; with derivatives '
+    'factors of the bodies and recovers interior displacements at the last of 22 output times; with derivatives '
     'these are found at each, from whole factors, and the contact factor has to answer to more '
     'digits. Of what they add themselves about half are products of blocks of six directions with the '
     'compliance and with C U, bound by reading these; the other half has no largest part: solves '

@@ -53,7 +53,7 @@ def own_log(log):
             if found.group(2):
                 values['counts'][found.group(1)] = int(found.group(2))
     for name in ('processor time of all threads', 'peak memory, MB',
-                 'the same a free dof, kB'):
+                 'memory per free dof, kB'):
         values['costs'].pop(name, None)
     chosen = re.findall(r'^solver: (\w+)', log, re.M)
     values['chosen'] = chosen[0] if chosen else ''

@@ -125,7 +125,7 @@ def part(result, names):
 
 
 ITERATION = ('contact search', 'contact tangent', 'residual', 'dense factorisation', 'solve')
-INSIDE = ('displacements inside',)
+INSIDE = ('recovery of interior dofs',)
 
 
 def newton_seconds(result, more=()):

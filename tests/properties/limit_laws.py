@@ -27,7 +27,7 @@ class LimitLaws:
         self.true(f'exit code {done.code}', done.code == 2)
         self.true(f'what statics says: {done.err}', self.says_that_it_slides(done.err))
         self.true(f'how far it has turned: {done.err}', re.search(
-            r'\(region plank\) has turned by \d+ degrees as a whole, and may by 18.1', done.err))
+            r'\(region plank\) has rotated by \d+ degrees as a whole, and may by 18.1', done.err))
 
     @staticmethod
     def says_that_it_slides(err):

@@ -158,10 +158,10 @@ class MortarLaws:
         """Compliance and factors serve an increment, and few rounds settle the weights."""
         r = self.input('mortar_blocks')
         costs, steps = r.costs(), len(r.con)
-        self.true(f'compliances: {costs}', steps <= costs['compliances of multipliers'] <= 2*steps)
+        self.true(f'compliances: {costs}', steps <= costs['mortar compliances'] <= 2*steps)
         self.true(f'factors: {costs}', costs['dense factorisation'] <= 6*steps)
-        self.true(f'rounds: {costs}', costs['rounds of multipliers'] <= 8*steps)
-        self.true(f'weighed: {costs}', costs['multipliers weighed'] <= 30*(costs['rounds of multipliers'] + 4*steps))
+        self.true(f'rounds: {costs}', costs['mortar iterations'] <= 8*steps)
+        self.true(f'weighed: {costs}', costs['mortar weights made'] <= 30*(costs['mortar iterations'] + 4*steps))
 
     def test_a_stack_is_held_by_friction(self):
         """Bodies that contact alone holds find their friction from nothing."""

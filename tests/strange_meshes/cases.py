@@ -17,7 +17,7 @@ VALUES = [('stl_inward', (2, 'top'), PRESSED, 1e-9),
           ('half_bonded_tie_and_contact', (4, 'ut'), 11.47021897261, 1e-9),
           ('half_bonded_tie_and_contact', (2, 'ut'), -40.0, 0.01)]
 WORDS = [('starts_inside', 1, ('start behind the master', 'as deep as 2.5')),
-         ('never_touches', 0, ('pair ball was in contact at no end time',)),
+         ('never_touches', 0, ('pair ball was in contact at no output time',)),
          ('sector_two_planes', 1, ('model a quarter or half', 'SURFace name PLANe'))]
 RIGID = '''MFEC * * a rigid part beside a block
 MATErial 1 STEEL

@@ -140,7 +140,7 @@ def said(program, report):
         done, _ = pulled(program, folder, solids, chance(0, 'said'),
                          more.replace('DISPlacement', 'x'), 3.0)
         seen = done.out + done.err
-    report.add('a pair that never touches', [] if 'pair gap was in contact at no end time' in seen
+    report.add('a pair that never touches', [] if 'pair gap was in contact at no output time' in seen
                else [seen[-500:]])
     # a displacement without a number takes the sum of all tables
     report.add('tables without a number are used', [] if 'used by nothing' not in seen else [seen])

@@ -56,7 +56,7 @@ def table(text, _):
 
 FACET = r'facet of nodes \d+, \d+, \d+'
 POINT = re.compile(rf'pair \S+, slave (node \d+|{FACET}), {FACET}: (open|stick|slip)')
-LEFT = re.compile(r'the body of element \d+[^\n]* has turned by [\d.]+ degrees')
+LEFT = re.compile(r'the body of element \d+[^\n]* has rotated by [\d.]+ degrees')
 
 
 def message_helps(text):
@@ -64,7 +64,7 @@ def message_helps(text):
     remedy; of a body that has left small strain the body, how far, and a remedy."""
     if 'ever smaller increments' in text and 'smaller steps (DT)' in text:
         return False
-    if 'small strain can' in text:
+    if 'small strain can' in text or 'limit of small strain' in text:
         return bool(LEFT.search(text)) and 'BOUNdary' in text
     return bool(POINT.search(text)) and bool(re.search(r'node \d+, dof [123]', text)) and any(
         word in text for word in ('BOUNdary', 'restrain', '(DT)', 'PENAlty', 'ADJUst'))

@@ -39,9 +39,9 @@ module audit_types
   integer, parameter :: n_checks = 15
   !> What of the work need not be found again, over the largest energy so far.
   real(wp), parameter :: most_lost = 0.2_wp
-  character(12), parameter :: check_names(n_checks) = [character(12) :: 'balance', 'work', &
-    'strain', 'rotation', 'turning', 'volume', 'penetration', 'elastic slip', 'facets', &
-    'locking', 'moved nodes', 'room', 'edges', 'penalty', 'answers']
+  character(13), parameter :: check_names(n_checks) = [character(13) :: 'balance', 'work', &
+    'strain', 'rotation', 'body rotation', 'volume', 'penetration', 'elastic slip', 'facets', &
+    'locking', 'adjustment', 'storage', 'edges', 'penalty', 'answers']
 
   !> What stays the same in a run.
   type :: audit_fixed_t

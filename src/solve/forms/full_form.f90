@@ -1,5 +1,5 @@
 !> The full form: all free degrees of freedom in one sparse matrix (doc/theory, "Algorithms", eqs.
-!! (2.1), (5.7)).
+!! (2.5), (5.7)).
 module full_form
   use kinds, only: wp
   use back_ends, only: solver_done, solver_singular

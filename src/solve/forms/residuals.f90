@@ -1,5 +1,5 @@
 !> Residual of the whole system, whatever form its equations have (doc/theory, "Algorithms", eq.
-!! (2.1)).
+!! (2.5)).
 module residuals
   use kinds, only: wp, machine_epsilon
   use costs, only: begin_cost, end_cost, cost_residual

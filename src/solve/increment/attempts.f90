@@ -71,9 +71,10 @@ contains
       after=[failures(:2), 0, 0, 0, 0], told='from a state with softer penalties')]
     plan = [plan, attempt_t(start=start_left, path=path_damping, multipliers=merge( &
       multipliers_rest_first, multipliers_updated, multipliers), after=[failures(:4), 0, 0], &
-      after_thrown=.true., wants_floating=.true., told='with damping on bodies that contact holds')]
+      after_thrown=.true., wants_floating=.true., &
+      told='with viscous stabilisation of floating bodies')]
     if (multipliers) plan = [plan, attempt_t(start=start_left, path=path_damping, after=failures, &
-      follows=.true., wants_rest=.true., told='with damping, and multipliers that rest')]
+      follows=.true., wants_rest=.true., told='with viscous stabilisation, multipliers fixed')]
   end function plan_attempts
 
   !> A way for multipliers from the start chosen; the first one, or one after it.
@@ -90,11 +91,11 @@ contains
     attempt%wants_rest = multipliers == multipliers_updated
     select case (multipliers)
     case (multipliers_along)
-      attempt%told = 'with multipliers that come along at once'
+      attempt%told = 'with multipliers updated simultaneously'
     case (multipliers_rest_first)
-      attempt%told = 'with multipliers that rest at first'
+      attempt%told = 'with multipliers fixed at first'
     case default
-      attempt%told = 'with multipliers that rest while Newton iterates'
+      attempt%told = 'with multipliers fixed during Newton iterations'
     end select
   end function moving
 
@@ -130,8 +131,8 @@ contains
     character(:), allocatable :: t
     character(*), parameter :: start_words(4) = [character(28) :: 'start chosen', 'same start', &
       'other start', 'bodies where they were'], &
-      paths(3) = [character(28) :: '', ', soft penalties first', ', with damping'], &
-      moves(3) = [character(28) :: '', ', multipliers along', ', multipliers rest first']
+      paths(3) = [character(28) :: '', ', soft penalties first', ', with viscous stabilisation'], &
+      moves(3) = [character(28) :: '', ', multipliers updated', ', multipliers fixed first']
     integer :: k
 
     t = ''

@@ -215,7 +215,7 @@ contains
       call leave_bodies(system)
       call start_here(model, system, norm_left)
     end if
-    call monitor%detail('  predictor dropped: it does not lower the residual')
+    call monitor%detail('  rigid body predictor rejected: it does not lower the residual')
   end subroutine take_better
 
   !> Friction begins to act at points that have touched first: where forces with it are foretold,

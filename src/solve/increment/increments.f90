@@ -97,7 +97,7 @@ contains
       trail%waits = system%touch%stage == touch_waits
       trail%floats = any(system%body%floating) .and. system%body%in_vain < most_in_vain
       if (.not. is_called_for(plan(k), k, trail)) cycle
-      if (trail%last == 1) call monitor%detail('  ways to solve it: '//plan_text(plan))
+      if (trail%last == 1) call monitor%detail('  attempts: '//plan_text(plan))
       call try_attempt(plan(k), start, model, system, time, settings, monitor, progress, trail)
       trail%last = k
       trail%outcome = progress%outcome
@@ -121,12 +121,12 @@ contains
     if (progress%outcome /= outcome_converged) return
     thrown = has_thrown(model, system)
     if (thrown) then
-      call monitor%detail('  bodies have flown out of contact, which has no force left on '// &
+      call monitor%detail('  bodies have separated from contact, which has no force left on '// &
         'them: not taken for the solution')
       return
     end if
     thrown = has_turned(model, system)
-    if (thrown) call monitor%detail('  a body has turned farther than small strain can mean: '// &
+    if (thrown) call monitor%detail('  a body has rotated beyond the limit of small strain: '// &
       'not taken for the solution')
   end subroutine look_for_thrown
 
@@ -156,7 +156,7 @@ contains
       if (model%pairs(k)%history%crowd_told .or. .not. model%pairs(k)%history%crowded) cycle
       model%pairs(k)%history%crowd_told = .true.
       call monitor%warning('pair '//model%pairs(k)%name//': the slave lies on more facets than '// &
-        'there is room for ('//to_text(size(model%pairs(k)%history%cells))//' points): some '// &
+        'there is storage for ('//to_text(size(model%pairs(k)%history%cells))//' points): some '// &
         'slave facets have one point a cell or fewer, and what they carry is not exact from '// &
         'here on; write a number of points in place of SEGMent, or make '// &
         'the coarser surface the master')

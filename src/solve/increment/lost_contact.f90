@@ -1,5 +1,5 @@
-!> Whether Newton's iteration has thrown bodies out of the contact that held them. Where all is
-!! driven by way, "nothing touches" is in balance, too (doc/theory, "Continuation").
+!> Whether Newton's iteration has found a spurious separated solution: under displacement control
+!! the state in which nothing touches is an equilibrium, too (doc/theory, "Continuation").
 module lost_contact
   use kinds, only: wp, pi
   use elmlib, only: routine_none

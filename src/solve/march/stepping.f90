@@ -128,11 +128,11 @@ contains
     system%body%in_vain = 0
     system%motion%hopeless = .false.
     if (flies) then
-      call monitor%event('  a body flies, and REDUced has not found where it '// &
-        'lands: once more with the whole system, to the next end time')
+      call monitor%event('  a body is in free motion, and REDUced has not found '// &
+        'where it closes: once more with the whole system, to the next output time')
     else
-      call monitor%event('  REDUced has not found the way: once more with the whole system, to '// &
-        'the next end time')
+      call monitor%event('  REDUced has not converged: once more with the whole system, to '// &
+        'the next output time')
     end if
   end subroutine try_otherwise
 
@@ -203,13 +203,13 @@ contains
     case (outcome_singular)
       t = 'the matrix is singular'
     case (outcome_through)
-      t = 'a slave has gone through a master, past all its facets,'
+      t = 'a slave has passed through a master undetected,'
     case (outcome_inverted)
-      t = 'an element would be turned inside out'
+      t = 'an element would be inverted'
     case (outcome_thrown)
-      t = 'a body has been thrown out of contact'
+      t = 'a body has separated from contact altogether'
     case (outcome_turned)
-      t = 'a body has turned farther than small strain can mean'
+      t = 'a body has rotated beyond the limit of small strain'
     case default
       t = 'the solve failed'
     end select

@@ -216,11 +216,8 @@ contains
     type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
     integer :: i
 
-    force = 0.0_wp
-    do i = 1, unknowns%n
-      force = max(force, maxval(unknowns%cone(i)%scale))
-    end do
-    force = round_off_of_gaps(unknowns)*force
+    force = round_off_of_gaps(unknowns)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale), &
+      i=1, unknowns%n)])
   end function round_off
 
   !> Gaps are known to this; the places that they are of, to a unit of their own round-off.
@@ -363,6 +360,7 @@ contains
     type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
     real(wp) :: slope(3, 3)
     integer :: i, k, l, n, m
+    logical :: shared
 
     factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
     factor%slips = now%slips
@@ -381,11 +379,9 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        if (count(unknowns%rows%node == unknowns%rows%node(i)) > 1) then
-          matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - (1.0_wp - evens_out)*slope
-        else
-          matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - slope
-        end if
+        shared = count(unknowns%rows%node == unknowns%rows%node(i)) > 1
+        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - evens_out, 1.0_wp, &
+          shared)*slope
         do l = k, k + 2
           matrix(l, l) = matrix(l, l) + 1.0_wp
         end do

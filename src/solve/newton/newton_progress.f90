@@ -33,7 +33,7 @@ module newton_progress
   integer, parameter :: outcome_step_done = 11 !! a step of a body with damping is done
   integer, parameter :: outcome_through = 12 !! the slave has gone through a master
   integer, parameter :: outcome_turned = 13 !! a body has turned too far for small strain
-  integer, parameter :: outcome_thrown = 14 !! a body has been thrown out of contact
+  integer, parameter :: outcome_thrown = 14 !! a body has separated from contact altogether
 
   !> Below this share of the estimate it is converged at once.
   real(wp), parameter :: round_off_share = 0.1_wp

@@ -189,12 +189,12 @@ contains
     real(wp), intent(in) :: motion(6) !! one of them
     character(:), allocatable :: t
 
-    t = ' is held by contact alone'
+    t = ' has 6 unconstrained rigid body modes: contact alone holds it'
     if (n == 6) return
-    t = ' is held by its supports in part: that it does not '//named_motion(maxloc(abs(motion), &
-      1))//' is left to contact alone'
-    if (n > 1) t = ' is held by its supports in part: '//to_text(n)//' of its 6 rigid motions '// &
-      'are left to contact alone'
+    t = ' has an unconstrained rigid body mode: that it does not '//named_motion(maxloc( &
+      abs(motion), 1))//' is left to contact alone'
+    if (n > 1) t = ' has '//to_text(n)//' unconstrained rigid body modes: these are left to '// &
+      'contact alone'
   end function held_text
 
   !> A body takes part in a contact pair.

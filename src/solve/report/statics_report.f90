@@ -43,11 +43,11 @@ contains
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
 
-    t = '  '//name//' has turned by '//to_text(angle, 3)//' degrees as a whole, and may by '// &
-      to_text(most, 3)//': small strain'//nl//'  takes a turn by a for strains of a^2/2, '// &
-      'here more than 0.05, and the body grows with them:'//nl//'  hold it (BOUNdary, more '// &
-      'FRICtion, less load), turn the mesh beforehand, or give it a law of finite'//nl// &
-      '  strain (SOLId NEOHookean)'
+    t = '  '//name//' has rotated by '//to_text(angle, 3)//' degrees as a whole, and may by '// &
+      to_text(most, 3)//': in small'//nl//'  strain a rotation by a produces spurious '// &
+      'strains of a^2/2, here more than 0.05, and the body grows with them:'//nl// &
+      '  restrain it (BOUNdary, more FRICtion, less load), rotate the mesh beforehand, '// &
+      'or give it'//nl//'  a law of finite strain (SOLId NEOHookean)'
   end function turned_text
 
   !> How a body gets away under loads that contact cannot carry, and what to change.
