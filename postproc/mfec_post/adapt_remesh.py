@@ -153,10 +153,10 @@ def one_body(old: Bodies, members: NDArray, h: NDArray, corners: NDArray, mask: 
     (folder / 'body.sol').write_text(f'MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(size)}\n1 1\n'
                                      + '\n'.join('%.9g' % s for s in size) + '\nEnd\n', encoding='ascii')
     length = np.linalg.norm(np.ptp(body[0], axis=0))
-    # mmg takes half of the machine's memory, and clears it, unless told: 5 kB a cell are more than it needs
+    # mmg takes half of the machine's memory, and clears it, unless told: it needs less than 5 kB a cell
     cells = len(members) + ((old.sizes[members] / h[old.cells[members]].mean(1)) ** 3).sum()
     words = [mmg_program(), '-in', str(path), '-sol', str(folder / 'body.sol'), '-out',
-             str(folder / 'new.mesh'), '-v', '0', '-m', f'{200 + 5e-3 * cells:.0f}',
+             str(folder / 'new.mesh'), '-v', '0', '-m', f'{50 + 5e-3 * cells:.0f}',
              '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4',
              '-hmin', '%.9g' % (0.5 * size.min()), '-hmax', '%.9g' % (2.0 * size.max())]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
