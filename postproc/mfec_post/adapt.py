@@ -34,13 +34,13 @@ ENOUGH_FACETS = 4.0
 MORE_FACETS = 1.25
 """Facets across the contact grow with the cells (where these gather at it), or a little less."""
 LEAST_GROWTH, MOST_GROWTH = 2.0, 4.0
-"""Times the cells of the loop before: the loops are a geometric series, that costs less than twice its last."""
+"""Times the cells of the loop before: the loops are a geometric series, of less than twice its last."""
 GROWING = 0.1
 """Part of the penalty's share that contacts which grow may not have in proportion to 1/f."""
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
-"""End times whose errors shape the mesh, at most (doc/theory, eq. (13.11)); without friction the last alone."""
+"""End times whose errors shape the mesh, at most (doc/theory, eq. (13.11)); without friction the last."""
 SOFTER = 4
 """A companion's penalty is softer by this factor: a stiffer one costs ten times the run."""
 SMOOTH_EDGE = np.radians(45)
@@ -148,7 +148,8 @@ def path_fields(results: Results, goals: Sequence[Goal], raw: Sequence[float],
     if len(frames) < 2:
         return u, None
     past = [[goal.value(results, results.times[k]) for goal in goals] for k in frames[:-1]]
-    least = int(np.argmin([sum(abs(a) / max(abs(b), 1e-300) for a, b in zip(values, raw)) for values in past]))
+    shares = [sum(abs(a) / max(abs(b), 1e-300) for a, b in zip(values, raw)) for values in past]
+    least = int(np.argmin(shares))
     return np.concatenate([u, u[-1:] - u[least]]), (least, past[least])
 
 
@@ -354,7 +355,8 @@ class Adaptation:
         bars = loop.mesh or [loop.safety * r * abs(v) for r, v in zip(loop.relative, loop.values)]
         worst = max(b / (0.4 * self.wish * abs(v)) if v else 1.0 for b, v in zip(bars, loop.values))
         facets = ENOUGH_FACETS / loop.across if loop.across else 1.0
-        return float(np.clip(max(worst ** (1.5 / self.order), MORE_FACETS * facets), LEAST_GROWTH, MOST_GROWTH))
+        growth = max(worst ** (1.5 / self.order), MORE_FACETS * facets)
+        return float(np.clip(growth, LEAST_GROWTH, MOST_GROWTH))
 
     # The runs
 
@@ -423,9 +425,9 @@ class Adaptation:
         mesh = self.write(bodies, None, self.out / '0')
         loop, bodies = self.solve(0, mesh)
         self.keep(loop)
-        before, remesh = loop.raw, True
+        before, remesh, late = loop.raw, True, self.is_late(0)
         while not self.is_met(loop):
-            if loop.number + 1 >= MOST_LOOPS or time.monotonic() - self.began > self.limit:
+            if late or self.is_late(loop.number):
                 return False
             number, last = loop.number + 1, loop
             if remesh:
@@ -437,18 +439,24 @@ class Adaptation:
             loop, bodies = self.solve(number, mesh)
             if remesh:
                 self.share = float(np.clip(self.share * loop.cells / last.cells / asked, 0.3, 2.0))
-            self.judge(loop, last, before, mesh, remesh)
+            late = self.is_late(number)
+            self.judge(loop, last, before, mesh, remesh, late)
             self.keep(loop)
             before, remesh = self.mend(loop)
         return True
 
     def judge(self, loop: Loop, last: Loop, before: Sequence[float], mesh: Optional[Path],
-              remeshed: bool) -> None:
-        """The bars of a loop, where its contact is fine enough for any."""
+              remeshed: bool, late: bool = False) -> None:
+        """The bars of a loop, where its contact is fine enough for any. Companions run once the mesh alone is
+        good enough, or where it is the last."""
         if loop.across is not None and loop.across < ENOUGH_FACETS:
             return
-        self.companions(loop, last, mesh)
         n = range(len(self.goals))
+        if last.penalty is None:
+            loop.mesh = [mesh_bar(loop, loop.raw[k] - before[k], last, k) for k in n]
+            if not late and any(b > self.wish * abs(v) for b, v in zip(loop.mesh, loop.raw)):
+                return
+        self.companions(loop, last, mesh)
         if not remeshed:
             loop.mesh, loop.best = last.mesh, list(loop.values)
             return
@@ -485,6 +493,10 @@ class Adaptation:
         before = [a - b for a, b in zip(loop.values, back)] if back else list(loop.values)
         return before, not raised or any(m > 0.5 * w for m, _, _, w in parts)
 
+    def is_late(self, number: int) -> bool:
+        """No loop begins after this one."""
+        return number + 1 >= MOST_LOOPS or time.monotonic() - self.began > self.limit
+
     def is_met(self, loop: Loop) -> bool:
         """All bars are within the wish."""
         return all((bar := loop.bar(k)) is not None and bar <= self.wish * abs(v)
@@ -509,7 +521,8 @@ class Adaptation:
         for k, (goal, value) in enumerate(zip(self.goals, loop.values)):
             bar = loop.bar(k)
             if bar is None:
-                lines.append(f'{goal.text} = {value:.6g}, no bar yet')
+                part = f': {loop.mesh[k]:.2g} of the mesh alone' if loop.mesh is not None else ''
+                lines.append(f'{goal.text} = {value:.6g}, no bar yet{part}')
                 continue
             assert loop.mesh is not None and loop.penalty is not None and loop.steps is not None
             digits = max(1, 2 - int(np.floor(np.log10(max(bar, 1e-300) / max(abs(value), 1e-300)))))

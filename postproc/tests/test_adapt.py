@@ -316,8 +316,9 @@ def test_a_sag_counts_as_a_penetration_does():
     bodies = blocks(4)
     bodies.points[:, 2] -= 0.05 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
     top = bodies.sets['top']
-    points = {'status': np.ones(len(top), int), 'area': np.full(len(top), 0.04), 'gap': np.full(len(top), -1e-3),
-              'node': top[:, None] + 1, 'weight': np.ones((len(top), 1))}
+    n = len(top)
+    points = {'status': np.ones(n, int), 'area': np.full(n, 0.04), 'gap': np.full(n, -1e-3),
+              'node': top[:, None] + 1, 'weight': np.ones((n, 1))}
     points['status'][0], points['gap'][0] = 0, 1.0
     results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(1, len(bodies.points) + 1),
                                  contact=lambda pair: points)
@@ -356,3 +357,14 @@ def test_patches_are_the_elements_around_a_node(order):
         if len(ring) < adapt_estimate.FEWEST[order]:
             ring = np.flatnonzero(np.isin(corners, corners[ring]).any(1))
         assert (found == ring).all()
+
+
+def test_companions_wait_for_the_mesh():
+    """They run where the mesh alone is within the wish, or in the last loop."""
+    work = adaptation()
+    last = adapt.Loop(0, 10, 1, 1, [0.04], None, [1.0], [1.0])
+    for error, late, runs in ((0.02, False, 0), (0.02, True, 1), (0.002, False, 1)):
+        asked, loop = [], adapt.Loop(1, 30, 1, 1, [error], None, [1.0], [1.0])
+        work.companions = lambda *rest, asked=asked: asked.append(rest)
+        work.judge(loop, last, [1.0], None, True, late)
+        assert len(asked) == runs and loop.mesh == pytest.approx([1.5 * error])
