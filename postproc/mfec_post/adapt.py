@@ -25,8 +25,8 @@ from .adapt_model import Bodies, facets_of, raised, read_bodies, write_mesh
 from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, matched, wanted_sizes
 from .results import Results
 
-SAFETY, SMOOTH = 1.5, 0.5
-"""Share of |Q| times the relative squared error that a bar has at least; with ten nodes and no friction."""
+SAFETY = 1.5
+"""Times |Q| and the relative error of the stresses: the least bar."""
 MOST_RATE = 0.8
 """The mesh of a loop is not believed to be worth less than this."""
 ENOUGH_FACETS = 4.0
@@ -71,7 +71,6 @@ class Loop:
     """Mean sag of flat facets where the contact is, over its mean penetration."""
     finer: list[float] = field(default_factory=list)
     """What twice the increments have changed: from then on the loop is that run."""
-    safety: float = SAFETY
     rubs: bool = False
     """There was friction."""
     sticks: bool = False
@@ -126,7 +125,7 @@ def mesh_bar(loop: Loop, change: float, last: Loop, k: int) -> float:
     """Bar of the mesh of a value that has changed since the loop before (doc/theory, eq. (13.13))."""
     q = rate(loop, last, k)
     value = loop.values[k]
-    bars = [loop.safety * loop.relative[k] * abs(value), 1.5 * abs(change) * q / (1 - q)]
+    bars = [SAFETY * loop.relative[k] * abs(value), 1.5 * abs(change) * q / (1 - q)]
     if last.mesh is not None:
         bars.append(q * last.mesh[k])
     return max(bars)
@@ -352,7 +351,7 @@ class Adaptation:
 
     def factor(self, loop: Loop) -> float:
         """How many times the cells of a loop the next should have."""
-        bars = loop.mesh or [loop.safety * r * abs(v) for r, v in zip(loop.relative, loop.values)]
+        bars = loop.mesh or [SAFETY * r * abs(v) for r, v in zip(loop.relative, loop.values)]
         worst = max(b / (0.4 * self.wish * abs(v)) if v else 1.0 for b, v in zip(bars, loop.values))
         facets = ENOUGH_FACETS / loop.across if loop.across else 1.0
         growth = max(worst ** (1.5 / self.order), MORE_FACETS * facets)
@@ -390,7 +389,7 @@ class Adaptation:
         self.estimate_cpu += cpu() - begin
         loop = Loop(number, len(bodies.cells), self.penalty_factor, self.increments,
                     relative, across, raw, list(raw), rubs=rubs, sticks=sticks,
-                    safety=SMOOTH if self.order == 2 and not rubs else SAFETY, run_cpu=run_cpu, sag=sag)
+                    run_cpu=run_cpu, sag=sag)
         return loop, bodies
 
     def companions(self, loop: Loop, last: Loop, mesh: Optional[Path]) -> None:
