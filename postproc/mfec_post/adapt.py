@@ -22,7 +22,7 @@ from mfec.run import launch
 from .adapt_deck import LABEL, Goal, GoalError, own_names, prepare
 from .adapt_estimate import estimate
 from .adapt_model import Bodies, facets_of, raised, read_bodies, write_mesh
-from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, matched, wanted_sizes
+from .adapt_remesh import MeshError, Sag, by_gmsh, by_mmg, graded, matched, wanted_sizes
 from .results import Results
 
 SAFETY = 1.5
@@ -163,14 +163,17 @@ def relative_errors(errors: np.ndarray, raw: Sequence[float],
             for a, b in zip(values, raw)]
 
 
-def across_contact(results: Results) -> Optional[float]:
+Points = dict[str, dict[str, np.ndarray]]
+"""The contact points of each pair at the last end time."""
+
+
+def across_contact(results: Results, contacts: Points) -> Optional[float]:
     """Facets across the contact of the last end time, of the pair with the fewest. A direction counts
     where the contact ends before the slave surface does: where both end together nothing is missed."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
     x[results.node_numbers] = results.points
     counts: list[float] = []
-    for pair in results.pairs:
-        points = results.contact(pair)
+    for points in contacts.values():
         if 'area' not in points:
             continue
         active = (points['status'] > 0) & (points['area'] > 0)
@@ -245,20 +248,37 @@ def mean_sag(bodies: Bodies, name: str, places: np.ndarray) -> float:
     return float(np.average(sag[told], weights=area[told])) if told.any() else 0.0
 
 
-def sag_over_penetration(results: Results, bodies: Bodies, sides: dict[str, tuple[str, str]]) -> float:
-    """The larger sag of both sides of a contact over the mean penetration; of the worst pair."""
+def bent_sag(sags: Sequence[Sag], places: np.ndarray) -> float:
+    """What facets of six nodes change of the gap at some places, in the mean: the sags of both sides, which
+    lie on each other, take each other away."""
+    ways = np.zeros((len(sags), len(places), 3))
+    normal = np.zeros((len(places), 3))
+    for way, sag in zip(ways, sags):
+        away = ((places[:, None] - sag.places) ** 2).sum(-1)
+        near = away.argmin(1)
+        close = away[np.arange(len(places)), near] < 2 * sag.areas[near]
+        way[close] = (sag.ways[:, None] * sag.normals)[near[close]]
+        first = close & ~normal.any(1)
+        normal[first] = sag.normals[near[first]]
+        way[close & ~first] *= -1  # the other side
+    return float(np.einsum('spi,pi->p', ways, normal).mean()) if len(sags) else 0.0
+
+
+def sag_over_penetration(results: Results, contacts: Points,
+                         sides: dict[str, Callable[[np.ndarray], Sequence[float]]]) -> float:
+    """The largest mean sag at a contact over its mean penetration; of the worst pair. `sides` gives the sags
+    of its surfaces near some places."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
     x[results.node_numbers] = results.points
     ratios = [0.0]
-    for pair, names in sides.items():
-        points = results.contact(pair)
+    for pair, sags in sides.items():
+        points = contacts[pair]
         active = points['status'] > 0
         area = points['area'][active] if 'area' in points else np.zeros(active.sum())
         depth = -(points['gap'][active] * area).sum()
         if depth > 0.0:
             places = np.einsum('pn,pni->pi', points['weight'], x[points['node']])[active]
-            worst = max(abs(mean_sag(bodies, name, places)) for name in names)
-            ratios.append(worst * area.sum() / depth)
+            ratios.append(max(map(abs, sags(places)), default=0.0) * area.sum() / depth)
     return max(ratios)
 
 
@@ -282,6 +302,7 @@ class Adaptation:
         self.estimate_cpu = 0.0
         self.eta = np.zeros(0)
         self.sags = False
+        self.bent: list[Sag] = []
 
     # The meshes
 
@@ -309,10 +330,11 @@ class Adaptation:
         if any(m.rigid for m in elastic):
             self.notes.append('rigid regions keep their meshes, and count as exact')
 
-    def judge_sag(self, results: Results, bodies: Bodies, u: np.ndarray) -> float:
-        """Flat facets of round surfaces: their sag over the penetration, where it counts; it is said, too."""
+    def judge_sag(self, results: Results, contacts: Points, bodies: Bodies, u: np.ndarray) -> float:
+        """Facets of round surfaces: their sag over the penetration, where it counts; flat ones are said."""
         if self.geometry is not None and self.order == 2:
-            return 0.0
+            return sag_over_penetration(results, contacts, dict.fromkeys(
+                contacts, lambda places: [bent_sag(self.bent, places)])) if self.bent else 0.0
         names = {name for pair in self.sides(bodies) for name in pair}
         sag, way = sag_of(bodies, names), np.abs(u).max()
         text = 'facets of round contact surfaces sag'
@@ -325,8 +347,10 @@ class Adaptation:
             return 0.0
         self.sags = True
         sides = self.sides(bodies)
-        known = len(sides) == len(results.pairs)  # MORTar has no penetration to compare with
-        return sag_over_penetration(results, bodies, dict(zip(results.pairs, sides))) if known else 0.0
+        known = len(sides) == len(contacts)  # MORTar has no penetration to compare with
+        return sag_over_penetration(results, contacts, {
+            pair: lambda places, names=names: [mean_sag(bodies, name, places) for name in names]
+            for pair, names in zip(contacts, sides)}) if known else 0.0
 
     def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Optional[Path]:
         """The mesh file of a loop; none where the deck's own mesh does."""
@@ -335,7 +359,8 @@ class Adaptation:
             if h is None and self.order == self.own_order:
                 return None
             path = folder / 'mesh.msh'
-            by_gmsh(self.geometry, bodies, graded(bodies, bodies.sizes) if h is None else h, self.order, path)
+            h = graded(bodies, bodies.sizes) if h is None else h
+            self.bent = by_gmsh(self.geometry, bodies, h, self.order, path)
             return path
         if h is not None:
             bodies = by_mmg(bodies, h, self.own, folder)
@@ -376,10 +401,11 @@ class Adaptation:
         with Results(str(path)) as results:
             table = results.history('contact')
             sticks, rubs = (any(np.abs(table.get(name, np.zeros(1))) > 0) for name in ('stick', 'Ft'))
-            across = across_contact(results)
+            contacts = {pair: results.contact(pair) for pair in results.pairs}
+            across = across_contact(results, contacts)
             raw = [goal.value(results) for goal in self.goals]
             u, past = path_fields(results, self.goals, raw, rubs)
-            sag = self.judge_sag(results, bodies, u)
+            sag = self.judge_sag(results, contacts, bodies, u)
         eta, energy = estimate(bodies, u)
         if not energy.max() > 0.0:
             raise GoalError('no body is strained at the end times looked at: nothing to estimate')
@@ -460,8 +486,9 @@ class Adaptation:
             loop.mesh, loop.best = last.mesh, list(loop.values)
             return
         now = loop.raw if last.penalty is None else loop.values
-        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, k)
-                     + loop.sag * abs(loop.values[k] - loop.raw[k]) for k in n]
+        sag = [loop.sag * abs(loop.values[k] - loop.raw[k]) for k in n]
+        self.sags |= any(b > SHARE * self.wish * abs(v) for b, v in zip(sag, loop.values))
+        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, k) + sag[k] for k in n]
         q = [rate(loop, last, k) for k in n]
         loop.best = [loop.values[k] + (now[k] - before[k]) * q[k] / (1 - q[k]) for k in n]
         if loop.finer:

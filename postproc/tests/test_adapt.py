@@ -236,10 +236,11 @@ class Pressed:
 
 def test_facets_count_across_a_rim_alone():
     """A strip of contact has as many facets as its width; none count where the surface ends with it."""
-    wide, narrow = (adapt.across_contact(Pressed(20, a)) for a in (0.6, 0.1))
+    wide, narrow, whole = (adapt.across_contact(some, {'c': some.contact('c')})
+                           for some in (Pressed(20, a) for a in (0.6, 0.1, 2.0)))
     assert wide == pytest.approx(12 * np.sqrt(np.sqrt(3) / 4), rel=0.02)
     assert narrow < adapt.ENOUGH_FACETS < wide
-    assert adapt.across_contact(Pressed(20, 2.0)) is None
+    assert whole is None
 
 
 def test_few_facets_give_no_bar():
@@ -277,11 +278,11 @@ def test_the_sag_is_told():
     work = adaptation()
     work.pairs = list(Deck('CONTact\n  PAIR 1 c\n    GTOS lid lid\n').records('GTOS'))
     bodies = blocks(2)
-    results = argparse.Namespace(pairs={}, points=bodies.points, node_numbers=np.arange(len(bodies.points)))
-    work.judge_sag(results, bodies, np.full((1, len(bodies.points), 3), 0.1))
+    results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(len(bodies.points)))
+    work.judge_sag(results, {}, bodies, np.full((1, len(bodies.points), 3), 0.1))
     assert work.notes == [] and not work.sags
     bodies.points[:, 2] -= 0.1 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
-    work.judge_sag(results, bodies, np.full((1, len(bodies.points), 3), 0.1))
+    work.judge_sag(results, {}, bodies, np.full((1, len(bodies.points), 3), 0.1))
     assert work.sags
     assert len(work.notes) == 1
     assert work.notes[0].startswith('facets of round contact surfaces sag by up to 0.0')
@@ -320,9 +321,9 @@ def test_a_sag_counts_as_a_penetration_does():
     points = {'status': np.ones(n, int), 'area': np.full(n, 0.04), 'gap': np.full(n, -1e-3),
               'node': top[:, None] + 1, 'weight': np.ones((n, 1))}
     points['status'][0], points['gap'][0] = 0, 1.0
-    results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(1, len(bodies.points) + 1),
-                                 contact=lambda pair: points)
-    ratio = adapt.sag_over_penetration(results, bodies, {'c': ('lid', 'lid')})
+    results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(1, len(bodies.points) + 1))
+    sags = {'c': lambda x: [adapt.mean_sag(bodies, 'lid', x)]}
+    ratio = adapt.sag_over_penetration(results, {'c': points}, sags)
     assert ratio == pytest.approx(0.1 / 16 / 6 / 1e-3, rel=0.05)
 
 
@@ -368,3 +369,17 @@ def test_companions_wait_for_the_mesh():
         work.companions = lambda *rest, asked=asked: asked.append(rest)
         work.judge(loop, last, [1.0], None, True, late)
         assert len(asked) == runs and loop.mesh == pytest.approx([1.5 * error])
+
+
+def test_sags_of_both_sides_take_each_other_away():
+    """Facets of a shaft and of its bore, one on the other, normals either way; what is far does not count."""
+    places = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    up = np.array([[0.0, 0.0, 1.0]] * 2)
+    area = np.full(2, 0.1)
+    shaft = adapt_remesh.Sag(places, area, up, np.array([3e-6, 5e-6]))
+    bore = adapt_remesh.Sag(places + 1e-3, area, -up, np.array([-1e-6, -1e-6]))
+    assert adapt.bent_sag([shaft], places) == pytest.approx(4e-6)
+    assert adapt.bent_sag([shaft, bore], places) == pytest.approx(3e-6)
+    far = adapt_remesh.Sag(places + 9, area, up, area)
+    assert adapt.bent_sag([far, shaft], places) == pytest.approx(4e-6)
+    assert adapt.bent_sag([], places) == 0
