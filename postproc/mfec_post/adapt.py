@@ -21,24 +21,30 @@ from mfec.run import launch
 
 from .adapt_deck import LABEL, Goal, GoalError, own_names, prepare
 from .adapt_estimate import estimate
-from .adapt_model import Bodies, raised, read_bodies, write_mesh
-from .adapt_remesh import MeshError, by_gmsh, by_mmg, graded, matched, wanted_sizes
+from .adapt_model import Bodies, facets_of, raised, read_bodies, write_mesh
+from .adapt_remesh import MeshError, Sag, by_gmsh, by_mmg, graded, matched, wanted_sizes
 from .results import Results
 
-SAFETY, SMOOTH = 1.5, 0.5
-"""Share of |Q| times the relative squared error that a bar has at least; with ten nodes and no friction."""
+SAFETY = 1.5
+"""Times |Q| and the relative error of the stresses: the least bar."""
 MOST_RATE = 0.8
 """The mesh of a loop is not believed to be worth less than this."""
 ENOUGH_FACETS = 4.0
 """Facets across the contact from which on its differences say anything."""
+MORE_FACETS = 1.25
+"""Facets across the contact grow with the cells (where these gather at it), or a little less."""
+LEAST_GROWTH, MOST_GROWTH = 2.0, 4.0
+"""Times the cells of the loop before: the loops are a geometric series, of less than twice its last."""
 GROWING = 0.1
 """Part of the penalty's share that contacts which grow may not have in proportion to 1/f."""
 SHARE = 0.3
 """Penalty or increments are mended from this share of the wish on."""
 FIELDS = 4
-"""Output times whose errors shape the mesh, at most (doc/theory, eq. (13.11))."""
+"""Output times whose errors shape the mesh, at most (doc/theory, eq. (13.11)); without friction the last."""
 SOFTER = 4
 """A companion's penalty is softer by this factor: a stiffer one costs ten times the run."""
+SMOOTH_EDGE = np.radians(45)
+"""Facets that meet at a smaller angle are those of one smooth surface."""
 MOST_LOOPS, MOST_PENALTY, MOST_INCREMENTS = 8, 64, 64
 
 
@@ -50,8 +56,8 @@ class Loop:
     cells: int
     penalty_factor: int
     increments: int
-    relative: float
-    """Squared error of the stresses over all of them, at the last output time."""
+    relative: list[float]
+    """What the error of the stresses makes of each value, over the value."""
     across: Optional[float]
     """Facets across the smallest contact."""
     raw: list[float]
@@ -61,7 +67,10 @@ class Loop:
     mesh: Optional[list[float]] = None
     penalty: Optional[list[float]] = None
     steps: Optional[list[float]] = None
-    safety: float = SAFETY
+    sag: float = 0.0
+    """Mean sag of flat facets where the contact is, over its mean penetration."""
+    finer: list[float] = field(default_factory=list)
+    """What twice the increments have changed: from then on the loop is that run."""
     rubs: bool = False
     """There was friction."""
     sticks: bool = False
@@ -107,11 +116,16 @@ def wish_of(text: str) -> float:
     return wish
 
 
+def rate(loop: Loop, last: Loop, k: int) -> float:
+    """How much of the error of the loop before a mesh has left of the value k."""
+    return min(loop.relative[k] / last.relative[k], MOST_RATE) if last.relative[k] > 0 else MOST_RATE
+
+
 def mesh_bar(loop: Loop, change: float, last: Loop, k: int) -> float:
     """Bar of the mesh of a value that has changed since the loop before (doc/theory, eq. (13.13))."""
-    q = min(loop.relative / last.relative, MOST_RATE)
+    q = rate(loop, last, k)
     value = loop.values[k]
-    bars = [loop.safety * loop.relative * abs(value), 1.5 * abs(change) * q / (1 - q)]
+    bars = [SAFETY * loop.relative[k] * abs(value), 1.5 * abs(change) * q / (1 - q)]
     if last.mesh is not None:
         bars.append(q * last.mesh[k])
     return max(bars)
@@ -123,14 +137,43 @@ def penalty_bar(share: float, value: float, sticks: bool) -> float:
     return abs(share) * (1.0 if sticks else min(GROWING + far, 1.0))
 
 
-def across_contact(results: Results) -> Optional[float]:
+def path_fields(results: Results, goals: Sequence[Goal], raw: Sequence[float],
+                rubs: bool) -> tuple[np.ndarray, Optional[tuple[int, list[float]]]]:
+    """Displacements at the last output time and, with friction, at some before it, in order, and how they have
+    changed since the one at which the goals were least; which that was, and what they were."""
+    count = min(FIELDS, results.steps) if rubs else 1
+    frames = np.unique(np.linspace(results.steps - 1, 0, count).round()).astype(int)
+    u = np.stack([results.point_field('displacement', k) for k in frames])
+    if len(frames) < 2:
+        return u, None
+    past = [[goal.value(results, results.times[k]) for goal in goals] for k in frames[:-1]]
+    shares = [sum(abs(a) / max(abs(b), 1e-300) for a, b in zip(values, raw)) for values in past]
+    least = int(np.argmin(shares))
+    return np.concatenate([u, u[-1:] - u[least]]), (least, past[least])
+
+
+def relative_errors(errors: np.ndarray, raw: Sequence[float],
+                    past: Optional[tuple[int, list[float]]]) -> list[float]:
+    """Relative errors of values from those of the energies of path_fields: of the last output time, or of the
+    one before and of what has come since, if these are larger (doc/theory, eq. (13.11))."""
+    if past is None:
+        return [float(errors[-1])] * len(raw)
+    least, values = past
+    return [float(max(errors[-2], (errors[least] * abs(a) + errors[-1] * abs(b - a)) / max(abs(b), 1e-300)))
+            for a, b in zip(values, raw)]
+
+
+Points = dict[str, dict[str, np.ndarray]]
+"""The contact points of each pair at the last output time."""
+
+
+def across_contact(results: Results, contacts: Points) -> Optional[float]:
     """Facets across the contact of the last output time, of the pair with the fewest. A direction counts
     where the contact ends before the slave surface does: where both end together nothing is missed."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
     x[results.node_numbers] = results.points
     counts: list[float] = []
-    for pair in results.pairs:
-        points = results.contact(pair)
+    for points in contacts.values():
         if 'area' not in points:
             continue
         active = (points['status'] > 0) & (points['area'] > 0)
@@ -159,9 +202,84 @@ def sag_of(bodies: Bodies, names: set[str]) -> float:
         twin = np.flatnonzero((edges[1:] == edges[:-1]).all(1))
         turn = np.arccos(np.clip(np.einsum('ij,ij->i', normal[owner[twin]], normal[owner[twin + 1]]), -1, 1))
         length = np.linalg.norm(a - b, axis=1)[owner[twin]]
-        smooth = turn < np.radians(45)
+        smooth = turn < SMOOTH_EDGE
         sag = max([sag, *(turn * length / 8)[smooth]])
     return sag
+
+
+def outward(bodies: Bodies, facets: np.ndarray) -> np.ndarray:
+    """Normals of facets that point out of their body; their length is twice the area."""
+    a, b, c = (bodies.points[facets[:, k]] for k in range(3))
+    normal = np.cross(b - a, c - a)
+    corners, cells, _ = facets_of(bodies.cells)
+    number = len(bodies.points) ** np.arange(3)
+    keys = np.sort(corners, axis=1) @ number
+    order = np.argsort(keys)
+    cell = cells[order[np.searchsorted(keys, np.sort(facets, axis=1) @ number, sorter=order)]]
+    inside = bodies.points[bodies.cells[cell, :4]].mean(1) - a
+    return np.where(np.einsum('ij,ij->i', normal, inside)[:, None] > 0, -normal, normal)
+
+
+def mean_sag(bodies: Bodies, name: str, places: np.ndarray) -> float:
+    """How far, in the mean, the smooth surface lies outside the facets near some places; negative for
+    hollow ones (doc/theory, eq. (13.15))."""
+    facets = bodies.surfaces[name]
+    normal = outward(bodies, facets)
+    area = np.linalg.norm(normal, axis=1) / 2
+    normal /= 2 * area[:, None]
+    x = bodies.points[facets]
+    middle, length = x.mean(1), np.linalg.norm(x[:, [1, 2, 0]] - x, axis=2)
+    edges = np.sort(facets[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
+    order = np.lexsort(edges.T)
+    twin = np.flatnonzero((edges[order[1:]] == edges[order[:-1]]).all(1))
+    one, other = order[twin] // 3, order[twin + 1] // 3
+    turn = normal[other] - normal[one]
+    bend = 2 * np.arcsin(np.clip(np.linalg.norm(turn, axis=1) / 2, 0, 1))
+    bend *= (bend < SMOOTH_EDGE) * np.sign(np.einsum('ij,ij->i', turn, middle[other] - middle[one]))
+    bend *= length.ravel()[order[twin]]
+    total, sides = np.zeros(len(facets)), np.zeros(len(facets))
+    for ends in (one, other):
+        np.add.at(total, ends, bend)
+        np.add.at(sides, ends, 1.0)
+    squares = (length ** 2).sum(1)
+    sag = total * 3 / np.maximum(sides, 1) / (2 * area) * squares / 48
+    near = np.array([((places - m) ** 2).sum(1).min() < s / 3 for m, s in zip(middle, squares)])
+    told = near & (sides == 3) if (near & (sides == 3)).any() else near
+    return float(np.average(sag[told], weights=area[told])) if told.any() else 0.0
+
+
+def bent_sag(sags: Sequence[Sag], places: np.ndarray) -> float:
+    """What facets of six nodes change of the gap at some places, in the mean: the sags of both sides, which
+    lie on each other, take each other away."""
+    ways = np.zeros((len(sags), len(places), 3))
+    normal = np.zeros((len(places), 3))
+    for way, sag in zip(ways, sags):
+        away = ((places[:, None] - sag.places) ** 2).sum(-1)
+        near = away.argmin(1)
+        close = away[np.arange(len(places)), near] < 2 * sag.areas[near]
+        way[close] = (sag.ways[:, None] * sag.normals)[near[close]]
+        first = close & ~normal.any(1)
+        normal[first] = sag.normals[near[first]]
+        way[close & ~first] *= -1  # the other side
+    return float(np.einsum('spi,pi->p', ways, normal).mean()) if len(sags) else 0.0
+
+
+def sag_over_penetration(results: Results, contacts: Points,
+                         sides: dict[str, Callable[[np.ndarray], Sequence[float]]]) -> float:
+    """The largest mean sag at a contact over its mean penetration; of the worst pair. `sides` gives the sags
+    of its surfaces near some places."""
+    x = np.zeros((results.node_numbers.max() + 1, 3))
+    x[results.node_numbers] = results.points
+    ratios = [0.0]
+    for pair, sags in sides.items():
+        points = contacts[pair]
+        active = points['status'] > 0
+        area = points['area'][active] if 'area' in points else np.zeros(active.sum())
+        depth = -(points['gap'][active] * area).sum()
+        if depth > 0.0:
+            places = np.einsum('pn,pni->pi', points['weight'], x[points['node']])[active]
+            ratios.append(max(map(abs, sags(places)), default=0.0) * area.sum() / depth)
+    return max(ratios)
 
 
 class Adaptation:
@@ -183,9 +301,8 @@ class Adaptation:
         self.began, self.cpu = time.monotonic(), cpu()
         self.estimate_cpu = 0.0
         self.eta = np.zeros(0)
-        self.companion_of = -1
-        self.fine: list[float] = []
-        self.fine_cpu = 0.0
+        self.sags = False
+        self.bent: list[Sag] = []
 
     # The meshes
 
@@ -198,6 +315,7 @@ class Adaptation:
         self.deck, self.notes = prepare(original, set(bodies.surfaces), self.order, self.geometry is None)
         self.own = own_names(self.deck)
         self.pairs = [r for word in ('NTOS', 'GTOS') for r in self.deck.records(word)]
+        self.own_order = bodies.order
         self.tell_limits(bodies)
         return raised(bodies) if self.order == 2 else bodies
 
@@ -212,10 +330,11 @@ class Adaptation:
         if any(m.rigid for m in elastic):
             self.notes.append('rigid regions keep their meshes, and count as exact')
 
-    def judge_sag(self, bodies: Bodies, u: np.ndarray) -> None:
-        """Flat facets of round surfaces: said, not estimated."""
+    def judge_sag(self, results: Results, contacts: Points, bodies: Bodies, u: np.ndarray) -> float:
+        """Facets of round surfaces: their sag over the penetration, where it counts; flat ones are said."""
         if self.geometry is not None and self.order == 2:
-            return
+            return sag_over_penetration(results, contacts, dict.fromkeys(
+                contacts, lambda places: [bent_sag(self.bent, places)])) if self.bent else 0.0
         names = {name for pair in self.sides(bodies) for name in pair}
         sag, way = sag_of(bodies, names), np.abs(u).max()
         text = 'facets of round contact surfaces sag'
@@ -224,13 +343,24 @@ class Adaptation:
                       'it falls with the mesh; elements of ten nodes have none')
             self.notes.append(f'{text} by up to {sag:.2g} where bodies move by {way:.2g}: no stress tells '
                               f'that error, and {remedy}')
+        if not sag > 0.01 * way:
+            return 0.0
+        self.sags = True
+        sides = self.sides(bodies)
+        known = len(sides) == len(contacts)  # MORTar has no penetration to compare with
+        return sag_over_penetration(results, contacts, {
+            pair: lambda places, names=names: [mean_sag(bodies, name, places) for name in names]
+            for pair, names in zip(contacts, sides)}) if known else 0.0
 
-    def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Path:
-        """The mesh file of a loop."""
+    def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Optional[Path]:
+        """The mesh file of a loop; none where the deck's own mesh does."""
         folder.mkdir(parents=True, exist_ok=True)
         if self.geometry is not None:
+            if h is None and self.order == self.own_order:
+                return None
             path = folder / 'mesh.msh'
-            by_gmsh(self.geometry, bodies, graded(bodies, bodies.sizes) if h is None else h, self.order, path)
+            h = graded(bodies, bodies.sizes) if h is None else h
+            self.bent = by_gmsh(self.geometry, bodies, h, self.order, path)
             return path
         if h is not None:
             bodies = by_mmg(bodies, h, self.own, folder)
@@ -246,56 +376,51 @@ class Adaptation:
 
     def factor(self, loop: Loop) -> float:
         """How many times the cells of a loop the next should have."""
-        bars = loop.mesh or [loop.safety * loop.relative * abs(v) for v in loop.values]
+        bars = loop.mesh or [SAFETY * r * abs(v) for r, v in zip(loop.relative, loop.values)]
         worst = max(b / (0.4 * self.wish * abs(v)) if v else 1.0 for b, v in zip(bars, loop.values))
-        if loop.across is not None and loop.across < ENOUGH_FACETS:
-            return 3.0
-        return float(np.clip(worst ** (1.5 / self.order), 2.0, 4.0))
+        facets = ENOUGH_FACETS / loop.across if loop.across else 1.0
+        growth = max(worst ** (1.5 / self.order), MORE_FACETS * facets)
+        return float(np.clip(growth, LEAST_GROWTH, MOST_GROWTH))
 
     # The runs
 
-    def run(self, folder: Path, mesh: Path, factor: float, increments: int) -> Path:
+    def run(self, folder: Path, mesh: Optional[Path], factor: float, increments: int) -> Path:
         """One run; its results file."""
-        words = ['--mesh', str(mesh.resolve())]
+        words = ['--mesh', str(mesh.resolve())] if mesh else []
         words += ['--penalty-factor', f'{factor:g}'] if factor != 1 else []
         words += ['--increments', str(increments)] if increments != 1 else []
         launch(self.deck, words, self.sets, folder, None, None)
         return folder / (self.path.stem + '.vtkhdf')
 
-    def solve(self, number: int, mesh: Path, done: Optional[Path] = None) -> tuple[Loop, Bodies]:
-        """A run with its estimate; `done` is the folder of a companion that was the same run."""
-        folder, begin = self.out / str(number), cpu()
-        if done is not None:
-            done.rename(folder)
-        path = folder / (self.path.stem + '.vtkhdf')
-        if done is None:
-            self.run(folder, mesh, self.penalty_factor, self.increments)
+    def solve(self, number: int, mesh: Optional[Path]) -> tuple[Loop, Bodies]:
+        """A run with its estimate."""
+        begin = cpu()
+        path = self.run(self.out / str(number), mesh, self.penalty_factor, self.increments)
         run_cpu, begin = cpu() - begin, cpu()
         bodies = read_bodies(str(path))
         with Results(str(path)) as results:
-            last_frame, count = results.steps - 1, min(FIELDS, results.steps)
-            frames = np.unique(np.linspace(last_frame, 0, count).round()).astype(int)
-            u = np.stack([results.point_field('displacement', k) for k in frames])
-            across = across_contact(results)
-            raw = [goal.value(results) for goal in self.goals]
             table = results.history('contact')
-        sticks, rubs = (any(np.abs(table.get(name, np.zeros(1))) > 0) for name in ('stick', 'Ft'))
+            sticks, rubs = (any(np.abs(table.get(name, np.zeros(1))) > 0) for name in ('stick', 'Ft'))
+            contacts = {pair: results.contact(pair) for pair in results.pairs}
+            across = across_contact(results, contacts)
+            raw = [goal.value(results) for goal in self.goals]
+            u, past = path_fields(results, self.goals, raw, rubs)
+            sag = self.judge_sag(results, contacts, bodies, u)
         eta, energy = estimate(bodies, u)
         if not energy.max() > 0.0:
             raise GoalError('no body is strained at the output times looked at: nothing to estimate')
         told = energy > 1e-12 * energy.max()
         self.eta = (eta[told] / energy[told, None]).max(0)
-        last = -1 if told[-1] else np.flatnonzero(told)[-1]
-        self.judge_sag(bodies, u)
+        relative = relative_errors(np.where(told, eta.sum(1) / np.where(told, energy, 1.0), 0.0), raw, past)
         self.estimate_cpu += cpu() - begin
         loop = Loop(number, len(bodies.cells), self.penalty_factor, self.increments,
-                    float(eta[last].sum() / energy[last]), across, raw, list(raw), rubs=rubs, sticks=sticks,
-                    safety=SMOOTH if self.order == 2 and not rubs else SAFETY, run_cpu=run_cpu)
+                    relative, across, raw, list(raw), rubs=rubs, sticks=sticks,
+                    run_cpu=run_cpu, sag=sag)
         return loop, bodies
 
-    def companions(self, loop: Loop, last: Loop, mesh: Path) -> None:
-        """What the penalty takes, by a run with a softer one: the values lose it (doc/theory, eq. (13.14));
-        what the increments take, by one with halves of them, the first time."""
+    def companions(self, loop: Loop, last: Loop, mesh: Optional[Path]) -> None:
+        """What the penalty takes, by a run with a softer one: the values lose it (doc/theory, eq. (13.14)).
+        What the increments take, by a run with twice as many, the first time."""
         folder = self.out / str(loop.number)
         zero = [0.0] * len(self.goals)
         loop.penalty, loop.steps = zero, zero
@@ -307,16 +432,14 @@ class Adaptation:
         if last.steps is not None:
             loop.steps = [b * last.increments / loop.increments for b in last.steps]
         elif loop.rubs:
-            self.fine = self.accompany(folder / 'fine', mesh, self.penalty_factor, 2 * self.increments)
-            self.companion_of = loop.number
-            loop.steps = [2.0 * abs(a - b) for a, b in zip(self.fine, loop.raw)]
+            begin = cpu()
+            fine = self.accompany(folder / 'fine', mesh, self.penalty_factor, 2 * self.increments)
+            loop.run_cpu = cpu() - begin
+            loop.finer = [a - b for a, b in zip(fine, loop.raw)]
 
-    def accompany(self, folder: Path, mesh: Path, factor: float, increments: int) -> list[float]:
-        """The goals of a run beside that of a loop; what it has cost is kept."""
-        begin = cpu()
-        path = self.run(folder, mesh, factor, increments)
-        self.fine_cpu = cpu() - begin
-        with Results(str(path)) as results:
+    def accompany(self, folder: Path, mesh: Optional[Path], factor: float, increments: int) -> list[float]:
+        """The goals of a run beside that of a loop."""
+        with Results(str(self.run(folder, mesh, factor, increments))) as results:
             return [goal.value(results) for goal in self.goals]
 
     # The loop
@@ -327,60 +450,78 @@ class Adaptation:
         mesh = self.write(bodies, None, self.out / '0')
         loop, bodies = self.solve(0, mesh)
         self.keep(loop)
-        before, remesh = loop.raw, True
+        before, remesh, late = loop.raw, True, self.is_late(0)
         while not self.is_met(loop):
-            if loop.number + 1 >= MOST_LOOPS or time.monotonic() - self.began > self.limit:
+            if late or self.is_late(loop.number):
                 return False
             number, last = loop.number + 1, loop
             if remesh:
                 asked = self.factor(last)
-                h = matched(bodies, wanted_sizes(bodies, self.eta, asked / self.share), self.sides(bodies))
+                sides = self.sides(bodies)
+                sides += [(b, a) for a, b in sides] if self.sags else []  # of like facets the sags cancel
+                h = matched(bodies, wanted_sizes(bodies, self.eta, asked / self.share), sides)
                 mesh = self.write(bodies, h, self.out / str(number))
-            done = None if remesh else self.companion(last)
-            loop, bodies = self.solve(number, mesh, done)
-            if done is not None:
-                loop.run_cpu = self.fine_cpu
+            loop, bodies = self.solve(number, mesh)
             if remesh:
                 self.share = float(np.clip(self.share * loop.cells / last.cells / asked, 0.3, 2.0))
-            self.judge(loop, last, before, mesh, remesh)
+            late = self.is_late(number)
+            self.judge(loop, last, before, mesh, remesh, late)
             self.keep(loop)
             before, remesh = self.mend(loop)
         return True
 
-    def judge(self, loop: Loop, last: Loop, before: Sequence[float], mesh: Path, remeshed: bool) -> None:
-        """The bars of a loop, where its contact is fine enough for any."""
+    def judge(self, loop: Loop, last: Loop, before: Sequence[float], mesh: Optional[Path],
+              remeshed: bool, late: bool = False) -> None:
+        """The bars of a loop, where its contact is fine enough for any. Companions run once the mesh alone is
+        good enough, or where it is the last."""
         if loop.across is not None and loop.across < ENOUGH_FACETS:
             return
-        self.companions(loop, last, mesh)
         n = range(len(self.goals))
+        if last.penalty is None:
+            loop.mesh = [mesh_bar(loop, loop.raw[k] - before[k], last, k) for k in n]
+            if not late and any(b > self.wish * abs(v) for b, v in zip(loop.mesh, loop.raw)):
+                return
+        self.companions(loop, last, mesh)
         if not remeshed:
             loop.mesh, loop.best = last.mesh, list(loop.values)
             return
         now = loop.raw if last.penalty is None else loop.values
-        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, k) for k in n]
-        q = min(loop.relative / last.relative, MOST_RATE)
-        loop.best = [loop.values[k] + (now[k] - before[k]) * q / (1 - q) for k in n]
+        sag = [loop.sag * abs(loop.values[k] - loop.raw[k]) for k in n]
+        self.sags |= any(b > SHARE * self.wish * abs(v) for b, v in zip(sag, loop.values))
+        loop.mesh = [mesh_bar(loop, now[k] - before[k], last, k) + sag[k] for k in n]
+        q = [rate(loop, last, k) for k in n]
+        loop.best = [loop.values[k] + (now[k] - before[k]) * q[k] / (1 - q[k]) for k in n]
+        if loop.finer:
+            self.become_finer(loop)
+
+    def become_finer(self, loop: Loop) -> None:
+        """The companion of twice the increments takes the place of the loop's run: what it has left is,
+        in first order, what it has changed."""
+        loop.increments *= 2
+        loop.steps = [abs(change) for change in loop.finer]
+        loop.values = [a + b for a, b in zip(loop.values, loop.finer)]
+        loop.best = [a + b for a, b in zip(loop.best, loop.finer)]
 
     def mend(self, loop: Loop) -> tuple[list[float], bool]:
         """Raises penalty or increments where they are the larger part. The values of this loop as the next
         has to be compared with; whether the next mesh is another."""
-        before = list(loop.values)
         if loop.penalty is None or loop.steps is None or loop.mesh is None:
-            return before, True
+            return list(loop.values), True
         parts = list(zip(loop.mesh, loop.penalty, loop.steps, (self.wish * abs(v) for v in loop.values)))
         if any(p > SHARE * w and p >= m for m, p, _, w in parts) and self.penalty_factor < MOST_PENALTY:
             self.penalty_factor *= SOFTER
-        if any(s > SHARE * w and s >= m for m, _, s, w in parts) and self.increments < MOST_INCREMENTS:
+        while self.increments < min(2 * loop.increments, MOST_INCREMENTS) and any(
+                s > SHARE * w and s >= m for m, s, w in (
+                    (m, s * loop.increments / self.increments, w) for m, _, s, w in parts)):
             self.increments *= 2
-            if self.companion_of == loop.number:
-                before = [b + f - r for b, f, r in zip(before, self.fine, loop.raw)]
-        raised = (self.penalty_factor, self.increments) != (loop.penalty_factor, loop.increments)
+        raised = self.penalty_factor > loop.penalty_factor or self.increments > loop.increments
+        back = loop.finer if self.increments < loop.increments else []
+        before = [a - b for a, b in zip(loop.values, back)] if back else list(loop.values)
         return before, not raised or any(m > 0.5 * w for m, _, _, w in parts)
 
-    def companion(self, loop: Loop) -> Optional[Path]:
-        """Folder of the companion that has run already what a loop on the same mesh would."""
-        same = self.penalty_factor == loop.penalty_factor and self.companion_of == loop.number
-        return self.out / str(loop.number) / 'fine' if same else None
+    def is_late(self, number: int) -> bool:
+        """No loop begins after this one."""
+        return number + 1 >= MOST_LOOPS or time.monotonic() - self.began > self.limit
 
     def is_met(self, loop: Loop) -> bool:
         """All bars are within the wish."""
@@ -406,7 +547,8 @@ class Adaptation:
         for k, (goal, value) in enumerate(zip(self.goals, loop.values)):
             bar = loop.bar(k)
             if bar is None:
-                lines.append(f'{goal.text} = {value:.6g}, no bar yet')
+                part = f': {loop.mesh[k]:.2g} of the mesh alone' if loop.mesh is not None else ''
+                lines.append(f'{goal.text} = {value:.6g}, no bar yet{part}')
                 continue
             assert loop.mesh is not None and loop.penalty is not None and loop.steps is not None
             digits = max(1, 2 - int(np.floor(np.log10(max(bar, 1e-300) / max(abs(value), 1e-300)))))

@@ -4,6 +4,7 @@ from __future__ import annotations
 import re
 from typing import Optional
 
+import numpy as np
 from mfec.deck import Deck
 
 from .results import Results
@@ -32,9 +33,9 @@ class Goal:
         if len(self.terms) > 2:
             raise GoalError(f'{text}: a quotient has two parts')
 
-    def value(self, results: Results) -> float:
-        """At the last output time."""
-        values = [term_value(results, *term) for term in self.terms]
+    def value(self, results: Results, time: Optional[float] = None) -> float:
+        """At an output time, or at the last."""
+        values = [term_value(results, *term, time) for term in self.terms]
         if len(values) == 1:
             return values[0]
         if values[1] == 0.0:
@@ -42,8 +43,8 @@ class Goal:
         return values[0] / values[1]
 
 
-def term_value(results: Results, name: str, sign: str, column: str) -> float:
-    """A column of the last row of a set or a pair."""
+def term_value(results: Results, name: str, sign: str, column: str, time: Optional[float] = None) -> float:
+    """A column of a row of a set or a pair, of the last unless a time is given."""
     kind, key = ('reactions', 'set') if sign == '.' else ('contact', 'pair')
     table = results.history(kind)
     names = list(dict.fromkeys(map(str, table.get(key, []))))
@@ -53,7 +54,9 @@ def term_value(results: Results, name: str, sign: str, column: str) -> float:
     if column not in table:
         raise GoalError(f'{name}{sign}{column}: the table of {kind} has the columns '
                         + ', '.join(set(table) - {'step', 'time', key}))
-    return float(table[column][table[key] == name][-1])
+    rows = np.flatnonzero(table[key] == name)
+    row = rows[-1] if time is None else rows[np.argmin(np.abs(table['time'][rows] - time))]
+    return float(table[column][row])
 
 
 def own_names(deck: Deck) -> set[str]:

@@ -6,6 +6,7 @@ Stresses are recovered body by body and material by material: never across a con
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,10 @@ FEWEST = {1: 14, 2: 10}
 RIDGE = 1e-3
 """Keeps patches on one side of their node (surfaces) from extrapolating wildly."""
 A, B = (5 + 3 * math.sqrt(5)) / 20, (5 - math.sqrt(5)) / 20
+PRODUCTS = ((1, 1), (2, 2), (3, 3), (1, 2), (2, 3), (3, 1))
+"""Of the linear terms: the quadratic ones."""
+TOGETHER = 64
+"""Patches that are solved in one go: their terms stay in the cache."""
 GAUSS = np.full((4, 4), B) + (A - B) * np.eye(4)
 """Barycentric coordinates of the points of stress of T10."""
 
@@ -43,39 +48,53 @@ def elasticity(young: float, poisson: float) -> NDArray:
 def samples(points: NDArray, cells: NDArray, order: int, u: NDArray, c: NDArray) -> tuple[NDArray, NDArray]:
     """Places (cells, samples, 3) and stresses (cells, samples, times, 6) of all output times."""
     places, stresses = [], []
-    x = points[cells]
+    x, moved = points[cells], np.swapaxes(u[:, cells], 2, 3)
     for at in GAUSS if order == 2 else [np.full(4, 0.25)]:
         d = slopes(order, at)
-        inverse = np.linalg.inv(np.einsum('na,enb->eab', d, x))
-        grads = np.einsum('na,eba->enb', d, inverse)
-        h = np.einsum('teni,enj->teij', u[:, cells], grads)
+        grads = d @ np.swapaxes(np.linalg.inv(d.T @ x), 1, 2)
+        h = moved @ grads
         strain = np.stack([h[..., 0, 0], h[..., 1, 1], h[..., 2, 2], h[..., 0, 1] + h[..., 1, 0],
                            h[..., 1, 2] + h[..., 2, 1], h[..., 2, 0] + h[..., 0, 2]], -1)
         stresses.append(np.moveaxis(strain @ c, 0, 1))
         if order == 2:
             shape = np.concatenate([at * (2 * at - 1), 4 * at[EDGES[:, 0]] * at[EDGES[:, 1]]])
-            places.append(np.einsum('n,enb->eb', shape, x))
+            places.append(shape @ x)
         else:
             places.append(x.mean(1))
     return np.stack(places, 1), np.stack(stresses, 1)
 
 
 def terms(order: int, y: NDArray) -> NDArray:
-    """The polynomial's terms: linear, or quadratic."""
-    one = np.ones(y.shape[:-1] + (1,))
-    if order == 1:
-        return np.concatenate([one, y], -1)
-    a, b, c = y[..., 0], y[..., 1], y[..., 2]
-    return np.concatenate([one, y, np.stack([a * a, b * b, c * c, a * b, b * c, c * a], -1)], -1)
+    """The polynomial's terms, linear or quadratic: (..., points, 3) gives (..., terms, points)."""
+    out = np.empty((*y.shape[:-2], 10 if order == 2 else 4, y.shape[-2]))
+    out[..., 0, :] = 1.0
+    out[..., 1:4, :] = np.swapaxes(y, -1, -2)
+    for k, (i, j) in enumerate(PRODUCTS[:out.shape[-2] - 4], 4):
+        np.multiply(out[..., i, :], out[..., j, :], out=out[..., k, :])
+    return out
 
 
-def patches(corners: NDArray, n: int, order: int) -> list[NDArray]:
-    """Elements around each node; two rings where one has too few."""
-    by_node = np.argsort(corners.ravel(), kind='stable')
-    rings = np.split(by_node // 4, np.cumsum(np.bincount(corners.ravel(), minlength=n))[:-1])
-    return [ring if len(ring) >= FEWEST[order] else
-            np.unique(np.concatenate([rings[node] for node in np.unique(corners[ring])]))
-            for ring in rings]
+def spans(first: NDArray, count: NDArray) -> NDArray:
+    """The numbers first, first + 1, ... of each, `count` of them, one after another."""
+    ends = np.cumsum(count)
+    return np.repeat(first - ends + count, count) + np.arange(ends[-1] if len(ends) else 0)
+
+
+def patches(corners: NDArray, n: int, order: int) -> tuple[NDArray, NDArray]:
+    """Elements around each of n nodes, one node after another, and how many each has; two rings where
+    one has too few."""
+    m = len(corners)
+    rings = np.argsort(corners.ravel(), kind='stable') // 4
+    count = np.bincount(corners.ravel(), minlength=n)
+    first = np.cumsum(count) - count
+    few, many = np.flatnonzero(count < FEWEST[order]), np.flatnonzero(count >= FEWEST[order])
+    inner = rings[spans(first[few], count[few])]
+    around = np.unique(np.repeat(np.repeat(few, count[few]), 4) * n + corners[inner].ravel())
+    node, other = around // n, around % n
+    two = np.unique(np.repeat(node, count[other]) * m + rings[spans(first[other], count[other])])
+    one = np.repeat(many, count[many]) * m + rings[spans(first[many], count[many])]
+    keys = np.sort(np.concatenate([one, two]))
+    return keys % m, np.bincount(keys // m, minlength=n)
 
 
 def recover(points: NDArray, cells: NDArray, order: int, places: NDArray, stresses: NDArray) -> NDArray:
@@ -85,38 +104,36 @@ def recover(points: NDArray, cells: NDArray, order: int, places: NDArray, stress
     used, corners = np.unique(cells[:, :4], return_inverse=True)
     corners = corners.reshape(-1, 4)
     centre = points[used]
-    around = patches(corners, len(used), order)
-    size = np.array([len(a) for a in around])
+    around, size = patches(corners, len(used), order)
+    first = np.cumsum(size) - size
     width = 10 if order == 2 else 4
     fits = np.zeros((len(used), width, 6 * times))
     scale = np.ones(len(used))
     flat, values = places.reshape(-1, 3), stresses.reshape(m * s, 6 * times)
     # Patches of like size in one go: what is missing to the largest of them weighs nothing.
-    for chunk in np.array_split(np.argsort(size, kind='stable'), max(1, len(used) // 256)):
-        most = size[chunk].max()
-        index = np.zeros((len(chunk), most), int)
-        weight = np.zeros((len(chunk), most))
-        for row, node in enumerate(chunk):
-            index[row, :size[node]], weight[row, :size[node]] = around[node], 1.0
+    for chunk in np.array_split(np.argsort(size, kind='stable'), max(1, len(used) // TOGETHER)):
+        column = np.arange(size[chunk].max())
+        there = column < size[chunk, None]
+        index = around[np.where(there, first[chunk, None] + column, 0)]
         index = (index[..., None] * s + np.arange(s)).reshape(len(chunk), -1)
-        weight = np.repeat(weight, s, axis=1)
+        weight = np.repeat(there.astype(float), s, axis=1)
         y = flat[index] - centre[chunk, None]
         scale[chunk] = np.sqrt(((y ** 2).sum(-1) * weight).max(1))
-        p = terms(order, y / scale[chunk, None, None]) * weight[..., None]
-        t = p.transpose(0, 2, 1)
-        left = t @ p + RIDGE * np.diag([0.0] + [1.0] * (width - 1))
+        t = terms(order, y / scale[chunk, None, None]) * weight[:, None]
+        left = t @ t.transpose(0, 2, 1) + RIDGE * np.diag([0.0] + [1.0] * (width - 1))
         fits[chunk] = np.linalg.solve(left, t @ values[index])
     at_nodes = np.empty((m, cells.shape[1], 6 * times))
     at_nodes[:, :4] = fits[corners, 0]
     if order == 2:
-        for k, ends in enumerate(EDGES):
-            x = points[cells[:, 4 + k]]
-            at_nodes[:, 4 + k] = 0.5 * sum(
-                (terms(2, (x - centre[corners[:, end]]) / scale[corners[:, end], None])[:, None]
-                 @ fits[corners[:, end]])[:, 0] for end in ends)
+        middle, place, back = np.unique(cells[:, 4:], return_index=True, return_inverse=True)
+        ends = corners[:, EDGES].reshape(-1, 2)[place]
+        between = 0.5 * sum((terms(2, ((points[middle] - centre[end]) / scale[end, None])[:, None])
+                             .transpose(0, 2, 1) @ fits[end])[:, 0] for end in ends.T)
+        at_nodes[:, 4:] = between[back.reshape(m, -1)]
     return at_nodes.reshape(m, -1, times, 6)
 
 
+@lru_cache
 def mass(order: int) -> NDArray:
     """Integrals of products of the shape functions over a cell of volume 1."""
     if order == 1:
@@ -155,15 +172,15 @@ def estimate(bodies: Bodies, u: NDArray) -> tuple[NDArray, NDArray]:
         places, stresses = samples(bodies.points, cells, order, u, c)
         best = recover(bodies.points, cells, order, places, stresses)
         if order == 2:  # linear between the points of stress, to be compared at the nodes
-            corner = np.einsum('ij,ejtc->eitc', np.linalg.inv(GAUSS), stresses)
+            corner = (np.linalg.inv(GAUSS) @ stresses.reshape(len(cells), 4, -1)).reshape(stresses.shape)
             raw = np.concatenate([corner, corner[:, EDGES].mean(2)], 1)
         else:
             raw = np.broadcast_to(stresses, best.shape)
         compliance = np.linalg.inv(c)
 
         def norm(field: NDArray, compliance: NDArray = compliance, members: NDArray = members) -> NDArray:
-            weighed = np.einsum('ij,ejtc->eitc', product, field) @ compliance
-            return volumes[members] * np.einsum('eitc,eitc->te', weighed, field)
+            weighed = (product @ field.reshape(*field.shape[:2], -1)).reshape(field.shape) @ compliance
+            return volumes[members] * (weighed * field).sum((1, 3)).T
 
         eta[:, members] = norm(best - raw)
         energy += norm(np.ascontiguousarray(raw)).sum(1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Optional
 
@@ -153,10 +154,10 @@ def one_body(old: Bodies, members: NDArray, h: NDArray, corners: NDArray, mask: 
     (folder / 'body.sol').write_text(f'MeshVersionFormatted 2\nDimension 3\nSolAtVertices\n{len(size)}\n1 1\n'
                                      + '\n'.join('%.9g' % s for s in size) + '\nEnd\n', encoding='ascii')
     length = np.linalg.norm(np.ptp(body[0], axis=0))
-    # mmg takes half of the machine's memory, and clears it, unless told: 5 kB a cell are more than it needs
+    # mmg takes half of the machine's memory, and clears it, unless told: it needs less than 5 kB a cell
     cells = len(members) + ((old.sizes[members] / h[old.cells[members]].mean(1)) ** 3).sum()
     words = [mmg_program(), '-in', str(path), '-sol', str(folder / 'body.sol'), '-out',
-             str(folder / 'new.mesh'), '-v', '0', '-m', f'{200 + 5e-3 * cells:.0f}',
+             str(folder / 'new.mesh'), '-v', '0', '-m', f'{50 + 5e-3 * cells:.0f}',
              '-hausd', '%.9g' % (5e-3 * length), '-hgrad', '1.4',
              '-hmin', '%.9g' % (0.5 * size.min()), '-hmax', '%.9g' % (2.0 * size.max())]
     done = subprocess.run(words, capture_output=True, text=True, check=False)
@@ -208,10 +209,46 @@ def read_medit(path: Path) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]
             facets[there, 3] - 1)
 
 
+@dataclass
+class Sag:
+    """How far a round surface lies from each of its facets of six nodes, along their normals."""
+
+    places: NDArray
+    areas: NDArray
+    normals: NDArray
+    ways: NDArray
+
+
+WITHIN = np.array([[1, 1, 1], [4, 1, 1], [1, 4, 1], [1, 1, 4], [5, 5, 2], [5, 2, 5], [2, 5, 5]], float)
+"""Points of a facet at which its sag is measured, times their sum."""
+
+
+def sags_of(gmsh: Any) -> list[Sag]:
+    """The sags of all surfaces that are not plane."""
+    at = WITHIN / WITHIN.sum(1)[:, None]
+    shape = np.hstack([at * (2 * at - 1), 4 * at * at[:, [1, 2, 0]]])
+    tags, places, _ = gmsh.model.mesh.getNodes()
+    x = np.zeros((int(tags.max()) + 1, 3))
+    x[tags.astype(int)] = places.reshape(-1, 3)
+    found = []
+    for dim, tag in gmsh.model.getEntities(2):
+        nodes = gmsh.model.mesh.getElementsByType(9, tag)[1].astype(int).reshape(-1, 6)
+        if gmsh.model.getType(dim, tag) == 'Plane' or not len(nodes):
+            continue
+        points = np.einsum('sk,fki->fsi', shape, x[nodes])
+        true = np.reshape(gmsh.model.getClosestPoint(2, tag, points.ravel())[0], points.shape)
+        normal = np.cross(x[nodes[:, 1]] - x[nodes[:, 0]], x[nodes[:, 2]] - x[nodes[:, 0]])
+        area = np.linalg.norm(normal, axis=1)
+        normal /= area[:, None]
+        ways = np.einsum('fsi,fi->fs', true - points, normal).mean(1)
+        found.append(Sag(x[nodes[:, :3]].mean(1), area / 2, normal, ways))
+    return found
+
+
 def by_gmsh(geometry: Path, bodies: Optional[Bodies], h: Optional[NDArray], order: int, path: Path,
-            size: Optional[float] = None) -> None:
+            size: Optional[float] = None) -> list[Sag]:
     """A mesh of a geometry (.geo, .step, .brep) with sizes h on the regions of `bodies`, or of one
-    size; middle nodes lie on the true surface."""
+    size; middle nodes lie on the true surface: what its facets sag all the same."""
     try:
         import gmsh
     except ImportError as problem:
@@ -232,6 +269,7 @@ def by_gmsh(geometry: Path, bodies: Optional[Bodies], h: Optional[NDArray], orde
             gmsh.option.setNumber('Mesh.HighOrderOptimize', 1)
             gmsh.model.mesh.setOrder(2)
         gmsh.write(str(path))
+        return sags_of(gmsh) if order == 2 else []
     except Exception as problem:  # gmsh raises nothing more special
         raise MeshError(f'gmsh makes no mesh of {geometry}: {problem}') from problem
     finally:

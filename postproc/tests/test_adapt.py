@@ -116,8 +116,8 @@ def test_sizes_make_as_many_cells_as_asked_for():
 
 def test_the_bar_is_the_largest_of_three():
     """doc/theory, eq. (13.13)."""
-    last = adapt.Loop(0, 10, 1, 1, 0.04, None, [1.0], [1.0])
-    loop = adapt.Loop(1, 30, 1, 1, 0.02, None, [1.1], [1.1])
+    last = adapt.Loop(0, 10, 1, 1, [0.04], None, [1.0], [1.0])
+    loop = adapt.Loop(1, 30, 1, 1, [0.02], None, [1.1], [1.1])
     assert adapt.mesh_bar(loop, 0.0, last, 0) == pytest.approx(1.5 * 0.02 * 1.1)
     assert adapt.mesh_bar(loop, 0.1, last, 0) == pytest.approx(1.5 * 0.1 * 0.5 / 0.5)
     last.mesh = [0.5]
@@ -236,10 +236,11 @@ class Pressed:
 
 def test_facets_count_across_a_rim_alone():
     """A strip of contact has as many facets as its width; none count where the surface ends with it."""
-    wide, narrow = (adapt.across_contact(Pressed(20, a)) for a in (0.6, 0.1))
+    wide, narrow, whole = (adapt.across_contact(some, {'c': some.contact('c')})
+                           for some in (Pressed(20, a) for a in (0.6, 0.1, 2.0)))
     assert wide == pytest.approx(12 * np.sqrt(np.sqrt(3) / 4), rel=0.02)
     assert narrow < adapt.ENOUGH_FACETS < wide
-    assert adapt.across_contact(Pressed(20, 2.0)) is None
+    assert whole is None
 
 
 def test_few_facets_give_no_bar():
@@ -248,10 +249,12 @@ def test_few_facets_give_no_bar():
     work = adaptation(said.append)
     work.companions = lambda *rest: pytest.fail('a companion')
     work.write_files = lambda: None
-    last, loop = (adapt.Loop(k, 10, 1, 1, 0.02, 2.5, [1.0], [1.0]) for k in (0, 1))
+    last, loop = (adapt.Loop(k, 10, 1, 1, [1e-4], 2.5, [1.0], [1.0]) for k in (0, 1))
     work.judge(loop, last, [1.0], None, True)
     work.keep(loop)
-    assert loop.bar(0) is None and work.factor(loop) == 3.0
+    assert loop.bar(0) is None and work.factor(loop) == adapt.LEAST_GROWTH
+    loop.across = 1.5
+    assert work.factor(loop) == pytest.approx(1.25 * adapt.ENOUGH_FACETS / 1.5)
     assert '2.5 facets across the contact: too few for a bar' in said[0] and 'no bar yet' in said[1]
 
 
@@ -275,10 +278,12 @@ def test_the_sag_is_told():
     work = adaptation()
     work.pairs = list(Deck('CONTact\n  PAIR 1 c\n    GTOS lid lid\n').records('GTOS'))
     bodies = blocks(2)
-    work.judge_sag(bodies, np.full((1, len(bodies.points), 3), 0.1))
-    assert work.notes == []
+    results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(len(bodies.points)))
+    work.judge_sag(results, {}, bodies, np.full((1, len(bodies.points), 3), 0.1))
+    assert work.notes == [] and not work.sags
     bodies.points[:, 2] -= 0.1 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
-    work.judge_sag(bodies, np.full((1, len(bodies.points), 3), 0.1))
+    work.judge_sag(results, {}, bodies, np.full((1, len(bodies.points), 3), 0.1))
+    assert work.sags
     assert len(work.notes) == 1
     assert work.notes[0].startswith('facets of round contact surfaces sag by up to 0.0')
 
@@ -296,3 +301,85 @@ def test_the_slave_is_no_coarser_than_its_master():
     finer = adapt_remesh.matched(bodies, h, [('half', 'lid')])
     near = np.unique(bodies.surfaces['half'])
     assert finer[near].min() == 0.05 and finer[floor] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize('bend', [0.1, -0.1])
+def test_the_mean_sag_is_that_of_a_paraboloid(bend):
+    """z = -k (x^2 + y^2)/2 lies k h^2/6 above halves of squares with sides h in the mean; hollow: below."""
+    bodies = blocks(8)
+    bodies.points[:, 2] -= bend / 2 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
+    sag = adapt.mean_sag(bodies, 'lid', np.array([[0.5, 0.5, 1.0]]))
+    assert sag == pytest.approx(bend / 64 / 6, rel=0.01)
+
+
+def test_a_sag_counts_as_a_penetration_does():
+    """Over the mean gap of what is closed."""
+    bodies = blocks(4)
+    bodies.points[:, 2] -= 0.05 * ((bodies.points[:, :2] - 0.5) ** 2).sum(1)
+    top = bodies.sets['top']
+    n = len(top)
+    points = {'status': np.ones(n, int), 'area': np.full(n, 0.04), 'gap': np.full(n, -1e-3),
+              'node': top[:, None] + 1, 'weight': np.ones((n, 1))}
+    points['status'][0], points['gap'][0] = 0, 1.0
+    results = argparse.Namespace(points=bodies.points, node_numbers=np.arange(1, len(bodies.points) + 1))
+    sags = {'c': lambda x: [adapt.mean_sag(bodies, 'lid', x)]}
+    ratio = adapt.sag_over_penetration(results, {'c': points}, sags)
+    assert ratio == pytest.approx(0.1 / 16 / 6 / 1e-3, rel=0.05)
+
+
+def test_what_comes_late_has_an_error_of_its_own():
+    """doc/theory, eq. (13.11): a force that is nothing at the time before has that of the change alone."""
+    errors = np.array([0.03, 0.02, 0.01, 0.08])
+    assert adapt.relative_errors(errors[2:3], [2.0], None) == [0.01]
+    assert adapt.relative_errors(errors, [2.0], (0, [0.0])) == [0.08]
+    assert adapt.relative_errors(errors, [2.0], (1, [1.0])) == pytest.approx([0.05])
+
+
+def test_the_finer_companion_is_reported():
+    """And the next loop compares with what its own increments give."""
+    work = adaptation()
+    loop = adapt.Loop(1, 10, 1, 1, [0.02], None, [1.0], [1.0], mesh=[0.002], penalty=[0.0], finer=[0.003])
+    work.become_finer(loop)
+    assert loop.values == [1.003] and loop.steps == [0.003] and loop.increments == 2
+    assert work.mend(loop)[0] == [1.003] and work.increments == 2
+    loop.mesh, work.increments = [0.02], 1
+    before, remesh = work.mend(loop)
+    assert before == pytest.approx([1.0], abs=1e-12) and remesh and work.increments == 1
+
+
+@pytest.mark.parametrize('order', [1, 2])
+def test_patches_are_the_elements_around_a_node(order):
+    """Two rings where one has too few; each element once."""
+    corners = blocks(2).cells
+    n = corners.max() + 1
+    around, size = adapt_estimate.patches(corners, n, order)
+    for node, found in enumerate(np.split(around, np.cumsum(size)[:-1])):
+        ring = np.flatnonzero((corners == node).any(1))
+        if len(ring) < adapt_estimate.FEWEST[order]:
+            ring = np.flatnonzero(np.isin(corners, corners[ring]).any(1))
+        assert (found == ring).all()
+
+
+def test_companions_wait_for_the_mesh():
+    """They run where the mesh alone is within the wish, or in the last loop."""
+    work = adaptation()
+    last = adapt.Loop(0, 10, 1, 1, [0.04], None, [1.0], [1.0])
+    for error, late, runs in ((0.02, False, 0), (0.02, True, 1), (0.002, False, 1)):
+        asked, loop = [], adapt.Loop(1, 30, 1, 1, [error], None, [1.0], [1.0])
+        work.companions = lambda *rest, asked=asked: asked.append(rest)
+        work.judge(loop, last, [1.0], None, True, late)
+        assert len(asked) == runs and loop.mesh == pytest.approx([1.5 * error])
+
+
+def test_sags_of_both_sides_take_each_other_away():
+    """Facets of a shaft and of its bore, one on the other, normals either way; what is far does not count."""
+    places = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+    up = np.array([[0.0, 0.0, 1.0]] * 2)
+    area = np.full(2, 0.1)
+    shaft = adapt_remesh.Sag(places, area, up, np.array([3e-6, 5e-6]))
+    bore = adapt_remesh.Sag(places + 1e-3, area, -up, np.array([-1e-6, -1e-6]))
+    assert adapt.bent_sag([shaft], places) == pytest.approx(4e-6)
+    assert adapt.bent_sag([shaft, bore], places) == pytest.approx(3e-6)
+    far = adapt_remesh.Sag(places + 9, area, up, area)
+    assert adapt.bent_sag([far, shaft], places) == pytest.approx(4e-6)
+    assert adapt.bent_sag([], places) == 0

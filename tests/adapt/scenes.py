@@ -218,7 +218,7 @@ PROPortional 2
 
 def ball(chance, name, order, far):
     """A quarter of a ball pressed on a block, held by its top; with friction every other time."""
-    wide, deep, way = chance.uniform(0.7, 0.9), 0.5, chance.uniform(0.02, 0.04)
+    wide, deep, way = chance.uniform(0.7, 0.9), 0.5, chance.uniform(0.05, 0.08)
     mu = chance.uniform(0.1, 0.5) * chance.choice((0, 1))
     young, nu = moduli(chance, far)
 
@@ -237,7 +237,7 @@ For k In {{0:#s()-1}}
     Physical Surface("skin") = {{s(k)}};
   EndIf
 EndFor
-{graded(scale, [(0.15 * math.sqrt(way), 0.22, 'x^2+y^2+z^2')])}'''
+{graded(scale, [(0.1 * math.sqrt(way), 0.22 / 1.5, 'x^2+y^2+z^2')])}'''
 
     def write(scale):
         model = flat('INSIde upper\n  PLANe 3 0.4', deep, 3) + supports((1, 0), (2, 0)) + f'''
