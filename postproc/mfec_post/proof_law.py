@@ -123,8 +123,8 @@ class Judge:
         pair, ledger, who = self.pair, self.ledger, self.who(p, at)
         lay = pair.lay_of(p, at, xi, e, s, self.x)
         tells = sure & np.isfinite(lay).all(1) & (np.linalg.norm(lay, axis=1) > 0.5)
+        ledger.judge('lay', p.lay[at] - lay, who, 1e3 * self.noise, tells)
         if pair.mu[0] != pair.mu[1]:
-            ledger.judge('lay', p.lay[at] - lay, who, 1e3 * self.noise, tells)
             ledger.leave('lay', 'no direction there', (~tells & sure).sum())
         across = cross(e, p.lay[at])
         parts = np.stack([dot(p.force[at], p.lay[at]), dot(p.force[at], across)], 1)
