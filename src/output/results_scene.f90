@@ -222,11 +222,11 @@ contains
       'length', 'of the facets in host at an end time, in their order, along a1, a2, e: '// &
       'curvatures of the edges facing corners 1, 2, 3, normals at these', error)
     if (.not. allocated(error) .and. (pair%segmented .or. pair%mortar)) call write_nodes(file, &
-      group//'/slave_facets', pair%points%slave_facets, 'nodes of the slave facets that cells are '// &
-      'cut on, corners first', error)
+      group//'/slave_facets', pair%points%slave_facets, &
+      'corner nodes of the slave facets that cells are cut on', error)
     if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
-    call write_nodes(file, group//'/middles', pair%surface%middles, 'nodes on the edges 12, 23, '// &
-      '31, or what the corners are round about; 0 for none', error)
+    call write_nodes(file, group//'/middles', pair%surface%middles, &
+      'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)
   end subroutine write_pair_scene
 
   !> Writes node numbers of facets.

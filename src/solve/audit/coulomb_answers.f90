@@ -219,7 +219,7 @@ contains
   end function friction_borne
 
   !> Largest real eigenvalue that is positive, or 0. None is larger than the eighth root of the norm
-  !! of the eighth power, and where that is small no more is asked: all of them cost five times as much.
+  !! of the eighth power; where that is small no more is asked: all of them cost several times that.
   real(wp) function largest_real(a) result(largest)
     real(wp), intent(in) :: a(:, :) !! a matrix
     real(wp) :: c(size(a, 1), size(a, 1)), x(size(a, 1)), y(size(a, 1)), left(1, 1), right(1, 1)
