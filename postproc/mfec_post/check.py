@@ -75,7 +75,7 @@ class Proof:
         if written is not None:
             known = np.isfinite(stress).all(1)
             floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) \
-                + 64 * ROUND_OFF * self.bodies.stiffest / LINES['stress of the cells'].plain
+                + 64 * ROUND_OFF * self.bodies.stiffest / LINES['stress of the cells'][PLAIN]
             ledger.judge('stress of the cells', (stress - written)[known] / floor)
         for kind, of, name in (('CellData', 'stress', 'von_mises'),
                                ('PointData', 'nodal_stress', 'nodal_von_mises')):

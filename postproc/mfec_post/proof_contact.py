@@ -30,6 +30,11 @@ def unit(a: Array) -> Array:
     return a / np.where(size > 0, size, 1)
 
 
+def shares(xi: Array) -> Array:
+    """The three area coordinates of (xi, eta)."""
+    return np.concatenate([xi, 1 - xi.sum(-1, keepdims=True)], -1)
+
+
 def frame_of(x: Array) -> Array:
     """a1, a2 and the unit normal of flat facets, (n, component, vector)."""
     a1, a2 = x[:, 0] - x[:, 2], x[:, 1] - x[:, 2]
@@ -96,6 +101,9 @@ class Pair:
             self.there['patch'] = np.array([np.isin(np.arange(1, len(self.facets) + 1), host)
                                             for host in group['host']])
         self.begin = {name: np.cumsum(mask.sum(1)) - mask.sum(1) for name, mask in self.there.items()}
+        known = {(a, b) for f in self.facets for a, b in zip(f, f[NEXT])}
+        self.rim = np.array([[(f[LAST[k]], f[NEXT[k]]) not in known for k in range(3)]
+                             for f in self.facets])  # no facet across the edge opposite to corner k
         self.edge = float(np.median(np.linalg.norm(
             run.x0[self.facets[:, 0]] - run.x0[self.facets[:, 1]], axis=1)))
 
@@ -147,21 +155,25 @@ class Pair:
         return s + p.lift[at, None] * frame_of(nodes[:, :3])[:, :, 2] if p.lift.any() else s
 
     def project(self, p: Points, at: Array, s: Array, x: Array) -> tuple[Array, ...]:
-        """Projections of slave points: (xi, eta), gap, unit normal, and whether they are there."""
+        """Projections of slave points: (xi, eta), gap, unit normal, and whether they are there: far off
+        a curved facet there may be none."""
         host, xi, lift = p.host[at], p.tip[at], np.zeros(len(s))
-        for _ in range(60):
+        with np.errstate(all='ignore'):
+            for _ in range(60):
+                xm, t, normal, turn, _n = self.where(p, host, xi, x)
+                a, b = np.moveaxis(t + lift[:, None, None] * turn, 1, 0)
+                # normals that follow the facet count to first order: a secant of Newton's method
+                rest, across = s - xm - lift[:, None] * normal, cross(a, b)
+                step = np.stack([dot(rest, cross(b, normal)), dot(rest, cross(normal, a)),
+                                 dot(rest, across)], 1) / dot(across, normal)[:, None]
+                xi, lift = xi + step[:, :2], lift + step[:, 2]
+                if not (np.abs(step[:, :2]) >= 1e-13).any():
+                    break
             xm, t, normal, turn, _n = self.where(p, host, xi, x)
-            jacobian = np.concatenate([t + lift[:, None, None] * turn, normal[:, None]], 1)
-            step = np.linalg.solve(jacobian.swapaxes(1, 2),
-                                   (s - xm - lift[:, None] * normal)[..., None])[..., 0]
-            # normals that follow the facet count to first order: a secant of Newton's method
-            xi, lift = xi + step[:, :2], lift + step[:, 2]
-            if not (np.abs(step[:, :2]) >= 1e-13).any():
-                break
-        xm, t, normal, turn, _n = self.where(p, host, xi, x)
-        there = (np.minimum(xi.min(1), 1 - xi.sum(1)) > -0.25) | (p.patch is None)
-        found = there & (np.abs(step[:, :2]).max(1) < 1e-9) & (np.linalg.norm(normal, axis=1) > 0)
-        return xi, dot(s - xm, unit(normal)), unit(normal), found
+            there = (shares(xi).min(1) > -0.25) | (p.patch is None)
+            found = there & (np.abs(step[:, :2]).max(1) < 1e-9) & (np.linalg.norm(normal, axis=1) > 0)
+            gap = dot(s - xm, unit(normal))
+        return xi, np.where(np.isfinite(gap), gap, p.gap[at]), unit(normal), found
 
     def lay_of(self, p: Points, at: Array, xi: Array, e: Array, s: Array, x: Array) -> Array:
         """The axis of mu1 at the points, shorter where there is none."""

@@ -11,11 +11,11 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, unit
+from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, shares, unit
 from .proof_lines import ROUND_OFF, Array, Ledger
 from .proof_run import cross
 
-TINY = 1e-300
+TINY, NO_FRICTION = 1e-300, 1e-30
 
 
 @dataclass
@@ -70,7 +70,7 @@ class Judge:
         s = pair.slave(p, p.at, x)
         xi, gap, e, found = pair.project(p, p.at, s, x)
         gap = gap + p.offset[p.at]
-        sure = self.gaps(p, gap, found)
+        sure = self.gaps(p, xi, gap, found)
         if pair.cells:
             self.cover(p)
         closed = p.status[p.at] > OPEN
@@ -92,27 +92,27 @@ class Judge:
         self.ways(p, at, carriers, e)
         return energy
 
-    def gaps(self, p: Points, gap: Array, found: Array) -> Array:
+    def gaps(self, p: Points, xi: Array, gap: Array, found: Array) -> Array:
         """Gaps of all points against those of the file; which are sure."""
         ledger, edge, at = self.ledger, self.pair.edge, p.at
         closed, who = p.status[at] > OPEN, self.who(p, at)
         near = found & (np.abs(gap) <= edge)
         error = np.abs(gap - p.gap[at]) / edge
         sure = near & (closed | (error <= 1e-9 + self.noise))
-        ledger.judge('gap', error[sure], who[sure], self.noise)
+        ledger.judge('gap', error, who, self.noise, sure)
         ledger.leave('gap', 'open points that have passed to another facet since', (near & ~sure).sum())
         ledger.leave('gap', 'the projection is not on the curved facet', (~near & closed).sum())
         if self.pair.points != MORTAR:
-            away = near & ~closed
-            ledger.judge('open points: no penetration', np.maximum(0, -gap)[away] / edge, who[away],
-                         self.noise)
-        margin = -np.minimum(p.tip[at].min(1), 1 - p.tip[at].sum(1))[closed]
-        # cells are cut anew after a share of a facet; others pass to the next
-        ledger.judge('tip inside its facet', np.maximum(0, margin), who[closed],
+            ledger.judge('open points: no penetration', np.maximum(0, -gap) / edge, who, self.noise,
+                         near & ~closed)
+            ledger.judge('open points: apex below', p.tip[at] - xi, who, 1e3 * self.noise, sure & ~closed)
+        beyond, rim = -shares(p.tip[at])[closed], self.pair.rim[p.host[at]][closed]
+        # cells are cut anew after a share of a facet; others pass to the next, if there is one
+        ledger.judge('apex inside its facet', np.where(rim, 0, np.maximum(0, beyond)), who[closed],
                      0.04 if self.pair.cells else 0)
         if not self.pair.cells:
-            ledger.leave('tip inside its facet', 'beyond an edge by less than the tolerance',
-                         (margin > 2e-6).sum())
+            ledger.leave('apex inside its facet', 'beyond an edge by less than the tolerance, or the rim',
+                         (beyond.max(1) > 2e-6).sum())
         return near
 
     def who(self, p: Points, at: Array) -> Array:
@@ -125,14 +125,13 @@ class Judge:
         pair, ledger, who = self.pair, self.ledger, self.who(p, at)
         lay = pair.lay_of(p, at, xi, e, s, self.x)
         tells = sure & np.isfinite(lay).all(1) & (np.linalg.norm(lay, axis=1) > 0.5)
+        ledger.judge('lay', p.lay[at] - lay, who, 1e3 * self.noise, tells)
         if pair.mu[0] != pair.mu[1]:
-            ledger.judge('lay', (p.lay[at] - lay)[tells], who[tells], 1e3 * self.noise)
             ledger.leave('lay', 'no direction there', (~tells & sure).sum())
         across = cross(e, p.lay[at])
         parts = np.stack([dot(p.force[at], p.lay[at]), dot(p.force[at], across)], 1)
         size = max(float(np.linalg.norm(p.force[at], axis=1).max()), 1e-6 * self.scale)
-        ledger.judge('forces along the lay', (p.lay_force[at, :2] - parts)[sure] / size, who[sure],
-                     self.noise)
+        ledger.judge('forces along the lay', (p.lay_force[at, :2] - parts) / size, who, self.noise, sure)
         friction = np.zeros_like(self.x)
         np.add.at(friction, p.nodes[at], p.weight[at][:, :, None]
                   * (p.force[at] - dot(p.force[at], e)[:, None] * e)[:, None])
@@ -162,26 +161,27 @@ class Judge:
             if np.abs(trial).max() > 1e-9 * self.scale:
                 eps = eps * dot(trial, force - shift).sum() / max(dot(trial, trial).sum(), TINY)
             if pair.points == 0:
-                ledger.judge('AUGMent: tips without gap', np.linalg.norm(g, axis=1) / edge
+                ledger.judge('AUGMent: apexes without gap', np.linalg.norm(g, axis=1) / edge
                              / (3 * pair.accuracy), who)
         largest = max(float(np.linalg.norm(force, axis=1).max()), self.scale * 1e-6, TINY)
         blur = eps * self.noise * edge / largest  # of places, through the penalty
-        ledger.judge('penalty law', np.linalg.norm(force - shift - eps[:, None] * g, axis=1)[sure]
-                     / largest, who[sure], blur[sure])
-        ledger.judge('pressure, no tension', np.maximum(0, dot(force, e))[sure] / largest, who[sure],
-                     self.noise)
+        ledger.judge('penalty law', np.linalg.norm(force - shift - eps[:, None] * g, axis=1) / largest,
+                     who, blur, sure)
+        ledger.judge('pressure, no tension', np.maximum(0, dot(force, e)) / largest, who, self.noise, sure)
         along = g - dot(g, e)[:, None] * e
         if plain:
-            ledger.judge('closed: no gap', np.maximum(0, gap)[sure] / edge, who[sure])
+            ledger.judge('closed: no gap', np.maximum(0, gap) / edge, who, only=sure)
             if p.elastic is not None and not pair.bent:
-                ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at])[sure] / edge,
-                             who[sure], self.noise)
-        # the law of friction knows the pressure of the depth, which on curved facets is a little less
-        depth = np.abs(p.lay_force[at, 2])
+                ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at]) / edge, who,
+                             self.noise, sure)
+        # the law of friction knows the pressure of the depth: on curved facets a little more than the
+        # force has, where multipliers stand in for a stiff penalty somewhere between
+        depth, normal = p.lay_force[at, 2], -dot(force, e)
         if plain or not pair.bent:
-            want = eps * np.abs(gap) if plain else -dot(force, e)
-            ledger.judge('pressure of the depth', (depth - want)[sure] / largest, who[sure],
-                         10 * blur[sure])
+            want = eps * np.abs(gap) if plain else normal
+            other = normal if pair.bent else want
+            off = depth - np.clip(depth, np.minimum(want, other), np.maximum(want, other))
+            ledger.judge('pressure of the depth', off / largest, who, 10 * blur, sure)
         way = xm - pair.where(p, host, p.start[at], self.x)[0]
         slides = p.status[at] == SLIP
         carriers = Carriers(who, force, np.stack([p.lay[at], cross(e, p.lay[at])], 1), depth, way, slides,
@@ -203,12 +203,11 @@ class Judge:
         blur = 10 * noise
         if pair.points != MORTAR and not (pair.augmented or pair.bent):
             self.row['max_criterion'] = float(((size - depth) / c.stiff).max())
-        ledger.judge('cone', (np.maximum(0, size - depth) / largest)[sure], c.who[sure], blur[sure])
+        ledger.judge('cone', np.maximum(0, size - depth) / largest, c.who, blur, sure)
         on = c.slides & rubs.all(1) & sure
-        ledger.judge('cone where it slips', ((size - depth) / largest)[on], c.who[on], blur[on])
-        ledger.judge('no friction without mu', np.where(rubs, 0, f)[sure] / largest, c.who[sure],
-                     self.noise)
-        ledger.judge('stick: the apex rests', c.rests[~c.slides] / edge, c.who[~c.slides])
+        ledger.judge('cone where it slips', (size - depth) / largest, c.who, blur, on)
+        ledger.judge('no friction without mu', np.where(rubs, 0, f) / largest, c.who, self.noise, sure)
+        ledger.judge('stick: the apex rests', c.rests / edge, c.who, only=~c.slides)
         back = f * np.where(rubs.all(1, keepdims=True),
                             (mu.min(1, keepdims=True) / np.where(rubs, mu, 1)) ** pair.rule, 0)
         # round-off of places turns the direction of short ways, and of small forces
@@ -217,7 +216,7 @@ class Judge:
         blur = self.noise * edge / np.maximum(long, TINY) + noise * largest / np.maximum(strong, TINY)
         ratio = np.maximum(long * strong, TINY)
         beside = np.abs(moved[:, 0] * back[:, 1] - moved[:, 1] * back[:, 0]) / ratio
-        ledger.judge('slip rule', np.maximum(beside, -dot(moved, back) / ratio)[on], c.who[on], blur[on])
+        ledger.judge('slip rule', np.maximum(beside, -dot(moved, back) / ratio), c.who, blur, on)
 
     def ways(self, p: Points, at: Array, c: Carriers, e: Array) -> None:
         """Start apexes against those of the output time before, work of friction, slip path."""
@@ -233,27 +232,44 @@ class Judge:
             told[~same] = self.new_cells(p, at[~same], c, base, np.flatnonzero(~same))
         ledger.leave('history', 'first touch: the place of closure is not in the file',
                      (told & ~base.closed).sum())
-        self.starts(p, at, same & base.closed)
+        self.starts(p, at, same & base.closed & ~self.found_again(p, at, base))
         tangent = c.force - dot(c.force, e)[:, None] * e
         work, long = dot(tangent, c.way), np.linalg.norm(c.way, axis=1)
         largest = max(float(np.abs(work).max()), float(np.abs(p.dissipation).max()) * 1e-6,
                       1e-4 * float((np.linalg.norm(c.force, axis=1) * long).max()), TINY)
-        ledger.judge('dissipation', (p.dissipation[at] - base.work - work)[told] / largest, c.who[told])
-        ledger.judge('dissipation, no gain', np.maximum(0, -work)[told] / largest, c.who[told])
+        ledger.judge('dissipation', (p.dissipation[at] - base.work - work) / largest, c.who, only=told)
+        ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, c.who, only=told)
         # on a curved facet the law's slip is the way in the plane of the normal at the projection
         bend = 1e4 * long if pair.bent else 0
-        ledger.judge('slip path', ((p.path[at] - base.path - long) / (pair.edge + bend))[told], c.who[told])
+        ledger.judge('slip path', (p.path[at] - base.path - long) / (pair.edge + bend), c.who, only=told)
         if p.way is not None and old.way is not None:
-            ledger.judge('slip vector', (np.linalg.norm(p.way[at] - base.way - c.way, axis=1)
-                                         / (pair.edge + 100 * bend))[told], c.who[told])
+            ledger.judge('slip vector', np.linalg.norm(p.way[at] - base.way - c.way, axis=1)
+                         / (pair.edge + 100 * bend), c.who, only=told)
+
+    def found_again(self, p: Points, at: Array, base: Base) -> Array:
+        """Points that had passed the rim of the master begin anew where it is under them again: at the
+        projection of their old place, with no path."""
+        pair, old, x = self.pair, self.old, self.x_old
+        assert old is not None
+        again = np.zeros(len(at), bool)
+        if pair.cells:
+            return again
+        rows = np.flatnonzero(base.closed & (pair.rim[old.host[at]] & (shares(old.tip[at]) < 0)).any(1))
+        place = pair.project(p, at[rows], pair.slave(old, at[rows], x), x)[0]
+        off = [np.abs(p.start[at[rows]] - tip).max(1) for tip in (place, old.tip[at[rows]])]
+        again[rows] = (off[0] < 1e-9) & (off[1] > 1e-9)
+        base.path[again], base.way[again] = 0, 0
+        return again
 
     def same_cells(self, p: Points, at: Array) -> Array:
-        """Which points are those of the output time before."""
+        """Which points are those of the output time before: a slave facet is cut anew as a whole."""
         old = self.old
         if old is None or not self.pair.cells:
             return np.ones(len(at), bool)
-        return ((p.weight[at] == old.weight[at]).all(1) & (p.nodes[at] == old.nodes[at]).all(1)
-                & (p.area[at] == old.area[at]))
+        new = ((p.weight != old.weight).any(1) | (p.nodes != old.nodes).any(1) | (p.area != old.area)
+               | (p.host < 0) | (old.host < 0))
+        _, facet = np.unique(p.nodes, axis=0, return_inverse=True)
+        return np.asarray(np.bincount(facet.ravel(), new & (p.area > 0))[facet.ravel()][at] == 0)
 
     def new_cells(self, p: Points, at: Array, c: Carriers, base: Base, rows: Array) -> Array:
         """Start apexes of new points of SEGMent: elastic slips of the old points of their facet as
@@ -302,12 +318,12 @@ class Judge:
             way, path = base.way[rows[mine]], base.path[rows[mine]]  # never longer than its path
             base.way[rows[mine]] = way * np.minimum(1, path / np.maximum(np.linalg.norm(way, axis=1), TINY)
                                                     )[:, None]
-            told[mine] = np.minimum(xi[mine, :2].min(1), 1 - xi[mine, :2].sum(1)) >= 0
+            told[mine] = shares(xi[mine, :2]).min(1) >= 0
             beyond += int((~told[mine]).sum())
             slip = self.returned(p, at[mine], xi[mine], s[mine], slip, path)
             dual = np.linalg.inv(frame_of(corners[mine]))[:, :2]
             start[mine] = xi[mine, :2] - np.einsum('nid,nd->ni', dual, slip)
-        ledger.judge('history of new cells', (p.start[at] - start)[told], c.who[rows][told])
+        ledger.judge('history of new cells', p.start[at] - start, c.who[rows], only=told)
         ledger.leave('history', 'new cells over another facet at first', beyond)
         return told
 
@@ -321,7 +337,7 @@ class Judge:
         depth = np.maximum(0, -xi[:, 2] - p.offset[at])
         if pair.cap > 0:
             depth = np.minimum(depth, pair.cap / pair.density / mu.max(1))
-        trial, bound = np.einsum('nid,nd->ni', axes, slip), np.where(mu > 0, mu, TINY)
+        trial, bound = np.einsum('nid,nd->ni', axes, slip), np.maximum(mu, NO_FRICTION)
         kappa = (mu.min(1, keepdims=True) / bound) ** pair.rule if pair.mu.min() > 0 else np.ones_like(mu)
         low, high = np.zeros(len(at)), np.full(len(at), 1e9)
         for _ in range(100):  # gamma by bisection: the way over the cone shrinks with it
@@ -345,7 +361,7 @@ class Judge:
         assert old is not None
         kept = known & (old.host[at] == p.host[at])
         # over an edge and back again costs digits, on curved facets those of two projections
-        ledger.judge('history', (p.start[at] - old.tip[at])[kept], who[kept], 1e-6 if pair.bent else 0)
+        ledger.judge('history', p.start[at] - old.tip[at], who, 1e-6 if pair.bent else 0, kept)
         crossed = np.flatnonzero(known & (old.host[at] != p.host[at]))
         places = [pair.unfold(old.host[i], p.host[i], old.tip[i], self.x_old) for i in at[crossed]]
         told = [i for i, place in enumerate(places) if place is not None]
@@ -358,25 +374,27 @@ class Judge:
         pair, ledger, x0 = self.pair, self.ledger, self.pair.run.x0
         used = p.area > 0
         nodes, m, area = p.nodes[used], p.weight[used], p.area[used]
-        if not len(area):
+        every = pair.group.get('slave_facets', np.zeros((0, 3), int))  # older files: those with points
+        keys, first, group = np.unique(np.concatenate([nodes[:, :3], pair.run.place[every]]), axis=0,
+                                       return_index=True, return_inverse=True)
+        if not len(keys):
             return
-        keys, group = np.unique(nodes, axis=0, return_inverse=True)
-        corners = x0[keys[:, :3]]
+        group, corners = group.ravel()[:len(area)], x0[keys]
         whole = 0.5 * np.linalg.norm(cross(corners[:, 0] - corners[:, 2],
                                            corners[:, 1] - corners[:, 2]), axis=1)
-        part = area / whole[group.ravel()]
-        share = np.bincount(group.ravel(), part)
+        part = area / whole[group]
+        share = np.bincount(group, part, len(keys))
         flat, who = np.ones(len(keys), bool), pair.run.numbers[keys[:, 0]]
         if nodes.shape[1] > 3:
-            middle = 0.5 * (corners + corners[:, [1, 2, 0]])
-            flat = np.abs(x0[keys[:, 3:]] - middle).max((1, 2)) < 1e-9 * pair.edge
-        ledger.judge('cells: no overlap', np.maximum(0, share - 1)[flat], who[flat])
+            seen, middle = first < len(area), 0.5 * (corners + corners[:, [1, 2, 0]])
+            flat[seen] = np.abs(x0[nodes[first[seen], 3:]] - middle[seen]).max((1, 2)) < 1e-9 * pair.edge
+        ledger.judge('cells: no overlap', np.maximum(0, share - 1), who, only=flat)
         ledger.leave('cells: no overlap', 'curved slave facets', (~flat).sum())
         full = flat & (np.abs(share - 1) < 1e-9)
         over = np.array([f for f in np.flatnonzero(flat & ~full)
-                         if pair.is_over(self.x[keys[f, :3]], self.x)], int)
+                         if pair.is_over(self.x[keys[f]], self.x)], int)
         ledger.judge('cells: cover what is over', share[over] - 1, who[over])
         if nodes.shape[1] == 3:
             moments = np.zeros((len(keys), 3, 3))
-            np.add.at(moments, group.ravel(), part[:, None, None] * m[:, :, None] * m[:, None, :])
-            ledger.judge('cells: exact on whole facets', (moments - (1 + np.eye(3)) / 12)[full], who[full])
+            np.add.at(moments, group, part[:, None, None] * m[:, :, None] * m[:, None, :])
+            ledger.judge('cells: exact on whole facets', moments - (1 + np.eye(3)) / 12, who, only=full)

@@ -15,12 +15,61 @@ CORNERS_OF_PART = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])  # of s
 LEAST_COVER, FAR = 1e-4, 0.25  # of its area, of its width: such nodes have no multiplier
 
 
+class Multipliers:
+    """The multipliers of an output time, one for each slave node and face of the master: weights of
+    their points (7.14), and what they do."""
+
+    def __init__(self, own: Array, hat: Array, area: Array, face: Array):
+        self.keys, place = np.unique(np.stack([own, np.repeat(face[:, None], 3, 1)], -1).reshape(-1, 2),
+                                     axis=0, return_inverse=True)
+        self.names = [tuple(key) for key in self.keys.tolist()]
+        self.hat, self.place, self.mean = hat, place.reshape(-1, 3), area[:, None] * hat
+        self.weight = np.bincount(self.place.ravel(), self.mean.ravel())
+        _, group = np.unique(self.place, axis=0, return_inverse=True)
+        self.group = group.ravel()
+        self.d = np.zeros((self.group.max() + 1, 3))
+        m = np.zeros((len(self.d), 3, 3))
+        np.add.at(self.d, self.group, self.mean)
+        np.add.at(m, self.group, self.mean[:, :, None] * hat[:, None, :])
+        self.sound = np.linalg.cond(m) < 1e9  # a sliver has no functions of its own
+        psi, good = hat.copy(), self.sound[self.group]
+        psi[good] = np.linalg.solve(m[self.group[good]], hat[good][..., None])[..., 0] * self.d[
+            self.group[good]]
+        self.share = area[:, None] * psi / self.weight[self.place]
+        self.known = np.zeros(len(self.keys), bool)  # closed at the output time before, too
+        self.slip = np.zeros((len(self.keys), 3))
+
+    def gathered(self, values: Array, by: Array) -> Array:
+        """Sums over the points of each multiplier, (n, components)."""
+        total = np.zeros((len(self.keys), values.shape[1]))
+        np.add.at(total, self.place.ravel(), (by[:, :, None] * values[:, None, :]).reshape(
+            -1, values.shape[1]))
+        return total
+
+    def spread(self, values: Array) -> Array:
+        """What multipliers make at the points."""
+        return np.einsum('pk,pkc->pc', self.share, values[self.place])
+
+    def take(self, force: Array, gap: Array, offset: Array, e: Array, lay: Array) -> None:
+        """Forces, normals with the lay, and gaps of the multipliers from those of their points."""
+        self.force = np.zeros((len(self.keys), 3))
+        for _ in range(1 if self.sound.all() else 20):
+            self.force += self.gathered(force - self.spread(self.force), self.hat)
+        self.normal = unit(self.gathered(e, self.mean))
+        along = self.gathered(lay, self.mean)
+        p1 = unit(along - dot(along, self.normal)[:, None] * self.normal)
+        self.frame = np.stack([p1, cross(self.normal, p1), self.normal], -1)
+        self.gap = dot(self.gathered(gap, self.share), self.normal) + self.gathered(
+            offset[:, None], self.share)[:, 0]
+        self.pressure = dot(self.force, self.normal)
+
+
 class NodeJudge(Judge):
     """The lines of a pair with multipliers."""
 
     def __init__(self, pair: Pair, ledger: Ledger):
         super().__init__(pair, ledger)
-        self.nodes: dict[tuple[int, int], tuple[Any, ...]] = {}  # closed, work of friction
+        self.nodes: dict[tuple[int, int], tuple[Any, ...]] = {}  # closed, work of friction, frame
         self.face: Optional[Array] = None
         self.means: dict[Any, tuple[float, Any]] = {}
 
@@ -45,86 +94,56 @@ class NodeJudge(Judge):
 
     def carried(self, p: Points, at: Array, s: Array, gap: Array, e: Array, sure: Array) -> float:
         """Forces, gaps and slips of slave nodes as means over their points, (7.13) to (7.16)."""
-        pair, ledger, x, at, edge = self.pair, self.ledger, self.x, p.at, self.pair.edge
+        pair, ledger, x, at = self.pair, self.ledger, self.x, p.at
         if self.face is None:
             self.face = pair.faces(p)
-        (own, hat), area, face = self.hats(p), p.area[at], self.face[p.host[at]]
-        keys, place = np.unique(np.stack([own, np.repeat(face[:, None], 3, 1)], -1).reshape(-1, 2),
-                                axis=0, return_inverse=True)
-        place = place.reshape(-1, 3)
-        weight = np.bincount(place.ravel(), (area[:, None] * hat).ravel())
-        _, group = np.unique(place, axis=0, return_inverse=True)
-        group = group.ravel()
-        d, m = np.zeros((group.max() + 1, 3)), np.zeros((group.max() + 1, 3, 3))
-        np.add.at(d, group, area[:, None] * hat)
-        np.add.at(m, group, area[:, None, None] * hat[:, :, None] * hat[:, None, :])
-        sound = np.linalg.cond(m) < 1e9  # a sliver has no functions of its own
-        psi = hat.copy()
-        good = sound[group]
-        psi[good] = np.linalg.solve(m[group[good]], hat[good][..., None])[..., 0] * d[group[good]]
-        share = area[:, None] * psi / weight[place]
-
-        def gathered(values: Array, by: Array) -> Array:
-            """Sums over the points of each multiplier, (n, components)."""
-            total = np.zeros((len(keys), values.shape[1]))
-            by_point = by[:, :, None] * values[:, None, :]
-            np.add.at(total, place.ravel(), by_point.reshape(-1, values.shape[1]))
-            return total
-
-        def spread(values: Array) -> Array:
-            """What multipliers make at the points."""
-            return np.einsum('pk,pkc->pc', share, values[place])
-
-        z, f = np.zeros((len(keys), 3)), p.force[at]
-        for _ in range(1 if sound.all() else 20):
-            z += gathered(f - spread(z), hat)
-        ledger.judge('multipliers: one a node', (f - spread(z)) / self.scale, self.who(p, at))
-        s, start = pair.slave(p, at, x), p.start[at]
+        m = Multipliers(*self.hats(p), p.area[at], self.face[p.host[at]])
+        s = pair.slave(p, at, x)
         xi, _, e, _ = pair.project(p, at, s, x)
         under = pair.where(p, p.host[at], xi, x)[0]
-        normal = unit(gathered(e, area[:, None] * hat))
-        gap = dot(gathered(s - under, share), normal) + gathered(p.offset[at, None], share)[:, 0]
-        lay = gathered(p.lay[at], area[:, None] * hat)
-        p1 = unit(lay - dot(lay, normal)[:, None] * normal)
-        closed = np.linalg.norm(z, axis=1) > 1e-13 * self.scale
-        who = pair.run.numbers[keys[:, 0]]
-        held = pair.run.supports[keys[:, 0], :3] > 0
-        beside = (np.abs(held * normal).max(1) < 1e-6)  # supports do not carry the pressure
-        asked = closed & beside
-        ledger.judge('multipliers: no gap', gap[asked] / edge, who[asked], self.noise)
-        covered = ~closed & beside & self.covered(p, keys, weight, place, dot(s - under, e))
-        ledger.judge('multipliers: open, no penetration', np.maximum(0, -gap)[covered] / edge, who[covered],
-                     self.noise)
-        ledger.judge('pressure, no tension', np.maximum(0, -dot(z, normal))[closed] / self.scale, who[closed])
+        m.take(p.force[at], s - under, p.offset[at], e, p.lay[at])
+        ledger.judge('multipliers: one a node', (p.force[at] - m.spread(m.force)) / self.scale,
+                     self.who(p, at))
+        closed = np.linalg.norm(m.force, axis=1) > 1e-13 * self.scale
+        who = pair.run.numbers[m.keys[:, 0]]
+        held = pair.run.supports[m.keys[:, 0], :3] > 0
+        beside = np.abs(held * m.normal).max(1) < 1e-6  # supports do not carry the pressure
+        ledger.judge('multipliers: no gap', m.gap / pair.edge, who, self.noise, closed & beside)
         ledger.leave('multipliers: no gap', 'the slave node is held', (closed & ~beside).sum())
-        known = np.zeros(len(keys), bool)
-        slip = np.zeros_like(z)
-        names = [tuple(key) for key in keys.tolist()]
+        ledger.judge('multipliers: open, no penetration', np.maximum(0, -m.gap) / pair.edge, who, self.noise,
+                     ~closed & beside & self.covered(p, m.keys, m.weight, m.place, dot(s - under, e)))
+        ledger.judge('pressure, no tension', np.maximum(0, -m.pressure) / self.scale, who, only=closed)
         if self.known:
-            known = np.array([closed[i] and bool(self.nodes.get(name, (False,))[0])
-                              for i, name in enumerate(names)])
-            before = pair.slave(p, at, self.x_old) - pair.where(p, p.host[at], start, self.x_old)[0]
-            slip = gathered(s - pair.where(p, p.host[at], start, x)[0] - before, share)
-            slip = slip - dot(slip, normal)[:, None] * normal
-            slip = np.where(held, 0, slip)
-            same = self.same_cells(p, at) & known[place].any(1)
-            if self.old is not None:
-                self.starts(p, at, same & (self.old.status[at] > OPEN))
+            self.slips(p, m, closed, held)
         ledger.leave('history', 'multipliers that have closed, a cut increment, or the first output time',
-                     (closed & ~known).sum())
-        free = closed & ~held.any(1)
-        slides = known & (np.linalg.norm(slip, axis=1) > 1e-8 * edge)
-        depth = np.maximum(0, dot(z, normal))
-        c = Carriers(who, -z, np.stack([p1, cross(normal, p1)], 1), depth, slip, slides, weight,
-                     np.zeros(len(keys)), np.zeros(len(keys)), np.zeros_like(z), free)
+                     (closed & ~m.known).sum())
+        none = np.zeros(len(who))
+        slides = m.known & (np.linalg.norm(m.slip, axis=1) > 1e-8 * pair.edge)
+        c = Carriers(who, -m.force, m.frame[:, :, :2].swapaxes(1, 2), np.maximum(0, m.pressure), m.slip,
+                     slides, m.weight, none, none, np.zeros_like(m.slip), closed & ~held.any(1))
         if closed.any():
             self.law(Carriers(**{name: value[closed] for name, value in vars(c).items()}))
-        tangent = z - dot(z, normal)[:, None] * normal
-        self.row = {'active': closed.sum(), 'Fn': dot(z, normal)[closed].sum(),
+        tangent = m.force - m.pressure[:, None] * m.normal
+        self.row = {'active': closed.sum(), 'Fn': m.pressure[closed].sum(),
                     'Ft': np.linalg.norm(tangent[closed], axis=1).sum(),
-                    'max_penetration': max(0.0, (-gap[closed]).max(initial=0.0))}
-        self.works(p, keys, names, closed, known, z, slip, gathered, hat, group, d, weight, place)
+                    'max_penetration': max(0.0, (-m.gap[closed]).max(initial=0.0))}
+        self.works(p, m, closed)
+        self.ways_of_points(p, m)
         return 0.0
+
+    def slips(self, p: Points, m: Multipliers, closed: Array, held: Array) -> None:
+        """Slips of the increment, (7.15): what was between node and master turns with the node."""
+        pair, at, old = self.pair, p.at, self.old
+        assert old is not None
+        m.known = np.array([here and bool(self.nodes.get(name, (False,))[0])
+                            for here, name in zip(closed, m.names)])
+        turn = np.stack([m.frame[i] @ self.nodes[name][2].T if m.known[i] else np.eye(3)
+                         for i, name in enumerate(m.names)])
+        before, now = (m.gathered(pair.slave(p, at, x) - pair.where(p, p.host[at], p.start[at], x)[0],
+                                  m.share) for x in (self.x_old, self.x))
+        slip = now - np.einsum('nij,nj->ni', turn, before)
+        m.slip = np.where(held, 0, slip - dot(slip, m.normal)[:, None] * m.normal)
+        self.starts(p, at, self.same_cells(p, at) & m.known[m.place].any(1) & (old.status[at] > OPEN))
 
     def covered(self, p: Points, keys: Array, weight: Array, place: Array, gap: Array) -> Array:
         """Which slave nodes are over the master with more than a sliver, and near it."""
@@ -141,42 +160,42 @@ class NodeJudge(Judge):
         np.minimum.at(least, place.ravel(), np.repeat(gap, 3))
         return np.asarray((weight > 10 * LEAST_COVER * whole) & (least < 0.5 * FAR * np.sqrt(whole)))
 
-    def works(self, p: Points, keys: Array, names: list[Any], closed: Array, known: Array, z: Array,
-              slip: Array, gathered: Any, hat: Array, group: Array, d: Array, weight: Array,
-              place: Array) -> None:
-        """Work of friction and ways of the multipliers, from what their points show of them."""
-        ledger, at = self.ledger, p.at
+    def works(self, p: Points, m: Multipliers, closed: Array) -> None:
+        """Work of friction of the multipliers, from what their points show of it."""
+        ledger, shown = self.ledger, p.dissipation[p.at]
         # points that lack one of their three multipliers show none of its work
-        whole = np.bincount(group, np.abs(p.dissipation[at])) > 0
-        first = np.unique(group, return_index=True)[1]
-        seen = np.bincount(place[first].ravel(), (np.where(whole[:, None], d, 0)
-                                                  / weight[place[first]]).ravel(), len(keys))
-        done = gathered(p.dissipation[at, None], hat)[:, 0] / np.where(seen > 0, seen, 1)
-        work = -dot(z, slip)
-        own = {node: [n for n in names if n[0] == node] for node, _ in names}
-        kept = np.array([known[i] and own[name[0]] == [n for n in self.nodes if n[0] == name[0]]
-                         for i, name in enumerate(names)])
-        last = np.array([self.nodes[name][1] if name in self.nodes else 0.0 for name in names])
-        largest = max(float(np.abs(work).max()), float(np.abs(done).max()) * 1e-6,
-                      1e-4 * float((np.linalg.norm(z, axis=1) * np.linalg.norm(slip, axis=1)).max()), TINY)
-        told = kept & (seen > 0)
-        who = self.pair.run.numbers[keys[:, 0]]
-        ledger.judge('dissipation', (done - last - work)[told] / largest, who[told])
-        ledger.judge('dissipation, no gain', np.maximum(0, -work)[kept] / largest, who[kept])
-        self.nodes = {name: (bool(closed[i]), float(done[i])) for i, name in enumerate(names)}
-        # a point shows the mean of the ways of its three multipliers
+        whole = np.bincount(m.group, np.abs(shown)) > 0
+        nodes = m.place[np.unique(m.group, return_index=True)[1]]
+        seen = np.bincount(nodes.ravel(), (np.where(whole[:, None], m.d, 0) / m.weight[nodes]).ravel(),
+                           len(m.keys))
+        done = m.gathered(shown[:, None], m.hat)[:, 0] / np.where(seen > 0, seen, 1)
+        work = -dot(m.force, m.slip)
+        own, before = ({node: [n for n in names if n[0] == node] for node, _ in names}
+                       for names in (m.names, list(self.nodes)))
+        kept = m.known & np.array([own[node] == before.get(node) for node, _ in m.names])
+        last = np.array([self.nodes[name][1] if name in self.nodes else 0.0 for name in m.names])
+        largest = max(float(np.abs(work).max()), float(np.abs(done).max()) * 1e-6, 1e-4 * float(
+            (np.linalg.norm(m.force, axis=1) * np.linalg.norm(m.slip, axis=1)).max()), TINY)
+        who = self.pair.run.numbers[m.keys[:, 0]]
+        blur = self.noise * self.pair.edge * np.linalg.norm(m.force, axis=1) / largest  # of slips, where all stick
+        ledger.judge('dissipation', (done - last - work) / largest, who, blur, kept & (seen > 0))
+        ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, who, blur, kept)
+        self.nodes = {name: (bool(closed[i]), float(done[i]), m.frame[i]) for i, name in enumerate(m.names)}
+
+    def ways_of_points(self, p: Points, m: Multipliers) -> None:
+        """A point shows the mean of the ways of its three multipliers."""
         means: dict[Any, tuple[float, Any]] = {}
-        path, errors = np.linalg.norm(slip, axis=1), []
-        for q in first:
-            nodes, i = place[q], at[q]
-            key = tuple(map(tuple, keys[nodes].tolist())), tuple(p.nodes[i].tolist())
+        path, errors = np.linalg.norm(m.slip, axis=1), []
+        for q in np.unique(m.group, return_index=True)[1]:
+            nodes, i = m.place[q], p.at[q]
+            key = tuple(map(tuple, m.keys[nodes].tolist())), tuple(p.nodes[i].tolist())
             way = p.way[i] if p.way is not None else np.zeros(3)
             means[key] = float(p.path[i]), way
-            if known[nodes].all() and key in self.means:
+            if m.known[nodes].all() and key in self.means:
                 errors.append([p.path[i] - self.means[key][0] - path[nodes].mean(),
-                               *(way - self.means[key][1] - slip[nodes].mean(0))])
+                               *(way - self.means[key][1] - m.slip[nodes].mean(0))])
         self.means = means
         if errors:
-            ledger.judge('slip path', np.array(errors)[:, :1] / self.pair.edge)
+            self.ledger.judge('slip path', np.array(errors)[:, :1] / self.pair.edge)
             if p.way is not None:
-                ledger.judge('slip vector', np.array(errors)[:, 1:] / self.pair.edge)
+                self.ledger.judge('slip vector', np.array(errors)[:, 1:] / self.pair.edge)

@@ -221,12 +221,26 @@ contains
       stored_real, [n_patch_values], min(count_points(pair), size(pair%surface%facets, 2)), &
       'length', 'of the facets in host at an output time, in their order, along a1, a2, e: '// &
       'curvatures of the edges facing corners 1, 2, 3, normals at these', error)
+    if (.not. allocated(error) .and. (pair%segmented .or. pair%mortar)) call write_nodes(file, &
+      group//'/slave_facets', pair%points%slave_facets, &
+      'corner nodes of the slave facets that cells are cut on', error)
     if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
-    call make_series(file, group//'/middles', stored_integer, [3], size(pair%surface%middles, 2), &
-      '1', 'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)
-    if (.not. allocated(error)) call write_block(file, group//'/middles', pair%surface%middles, &
-      at_end, error)
+    call write_nodes(file, group//'/middles', pair%surface%middles, &
+      'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)
   end subroutine write_pair_scene
+
+  !> Writes node numbers of facets.
+  subroutine write_nodes(file, path, nodes, description, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: path !! data set
+    integer, intent(in) :: nodes(:, :) !! (nodes of a facet, facets)
+    character(*), intent(in) :: description !! meaning
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, path, stored_integer, [size(nodes, 1)], size(nodes, 2), '1', &
+      description, error)
+    if (.not. allocated(error)) call write_block(file, path, nodes, at_end, error)
+  end subroutine write_nodes
 
   !> The law of a pair as one row.
   pure function law_of(pair) result(row)

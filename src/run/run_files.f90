@@ -6,6 +6,7 @@ module run_files
   use vectors, only: cross
   use errors, only: error_t
   use element_types, only: n_element_stress, status_stick, status_slip, status_open
+  use elmt03, only: d03_epsilon
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_field
@@ -233,9 +234,10 @@ contains
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of elmt03
     integer, intent(in) :: k !! the pair
     type(contact_row_t), intent(out) :: row !! its sums
-    real(wp) :: f(3), x(3)
+    real(wp) :: f(3), x(3), share
     integer :: p, element
 
+    share = 1.0_wp
     row%max_criterion = -huge(1.0_wp)
     do p = 1, count_points(model%pairs(k))
       element = system%place%first_point(k) + p - 1
@@ -251,7 +253,10 @@ contains
         row%moment = row%moment + cross(x, f) + lift_moment(ends, system, element, f)
         row%max_penetration = max(row%max_penetration, -point(4))
         row%max_elastic_slip = max(row%max_elastic_slip, point(5))
-        row%max_criterion = max(row%max_criterion, point(6))
+        ! a stiff penalty is solved for by multipliers on a softer one
+        if (model%pairs(k)%history%softened) share = system%contact%d(d03_epsilon, element) &
+          /model%pairs(k)%points%epsilon(p)
+        row%max_criterion = max(row%max_criterion, share*point(6))
       end associate
     end do
     row%active = row%stick + row%slip

@@ -22,6 +22,7 @@ module answer_places
     integer :: rule = 0 !! slip rule m
     integer :: n = 0 !! its nodes with a share
     integer :: candidate(3, 12) = 0 !! (3, n) candidates of its nodes, 0 for none
+    integer :: body(12) = 0 !! (n) bodies of the condensed form that these belong to, 0 for none
     real(wp) :: share(12) = 0.0_wp !! (n) force on each over that on the slave point
     real(wp) :: frame(3, 3) = 0.0_wp !! normal and axes of friction
   end type place_t
@@ -70,6 +71,7 @@ contains
       place%share(slaves + 1:place%n) = -facet_weights(system, e, list%h2(:, e))
       do a = 1, place%n
         if (list%ix(a, e) > 0) place%candidate(:, a) = system%condensed%place(:, list%ix(a, e))
+        place%body(a) = body_of(system%condensed, maxval(place%candidate(:, a)))
       end do
     end associate
     place%frame(:, 1) = stress(10:12)
@@ -98,20 +100,18 @@ contains
     type(place_t), intent(in) :: to, from !! the points
     logical, intent(in) :: held_only !! only of bodies that supports hold
     real(wp) :: w(3, 3)
-    integer :: a, b, i, j
+    integer :: a, b, i
 
     w = 0.0_wp
     do b = 1, from%n
-      do a = 1, to%n
-        do j = 1, 3
-          if (from%candidate(j, b) == 0) cycle
-          do i = 1, 3
-            if (to%candidate(i, a) == 0) cycle
-            w(i, j) = w(i, j) + to%share(a)*from%share(b)*entry_of(system%condensed, &
-              to%candidate(i, a), from%candidate(j, b), held_only)
-          end do
+      if (from%body(b) == 0) cycle
+      associate (body => system%condensed%bodies(from%body(b)))
+        if (held_only .and. body%motions%n > 0) cycle
+        do a = 1, to%n
+          if (to%body(a) == from%body(b)) call add_entries(body%compliance, to%candidate(:, a) &
+            - body%first, from%candidate(:, b) - body%first, to%share(a)*from%share(b), w)
         end do
-      end do
+      end associate
     end do
     w = matmul(transpose(to%frame), matmul(w, from%frame))
     if (to%element /= from%element) return
@@ -120,23 +120,34 @@ contains
     end do
   end function coupling_of
 
-  !> An entry of the compliance of the candidates; its lower triangle counts.
-  pure real(wp) function entry_of(condensed, i, j, held_only) result(c)
-    type(condensed_t), intent(in) :: condensed !! bodies
-    integer, intent(in) :: i, j !! candidates
-    logical, intent(in) :: held_only !! only of bodies that supports hold
-    integer :: b
+  !> Adds the compliance between two nodes; its lower triangle counts.
+  pure subroutine add_entries(compliance, to, from, share, w)
+    real(wp), intent(in) :: compliance(:, :) !! of a body [length/force]
+    integer, intent(in) :: to(3), from(3) !! candidates of the nodes in it, below 1 for none
+    real(wp), intent(in) :: share !! product of the shares of both
+    real(wp), intent(inout) :: w(3, 3) !! grows
+    integer :: i, j
 
-    c = 0.0_wp
-    do b = 1, size(condensed%bodies)
-      associate (body => condensed%bodies(b), first => condensed%bodies(b)%first)
-        if (min(i, j) <= first .or. max(i, j) > first + body%m) cycle
-        if (held_only .and. body%motions%n > 0) return
-        c = body%compliance(max(i, j) - first, min(i, j) - first)
-        return
+    do j = 1, 3
+      if (from(j) < 1) cycle
+      do i = 1, 3
+        if (to(i) < 1) cycle
+        w(i, j) = w(i, j) + share*compliance(max(to(i), from(j)), min(to(i), from(j)))
+      end do
+    end do
+  end subroutine add_entries
+
+  !> The body that a candidate belongs to, 0 for none.
+  pure integer function body_of(condensed, candidate) result(b)
+    type(condensed_t), intent(in) :: condensed !! bodies
+    integer, intent(in) :: candidate !! its number, 0 for none
+
+    do b = size(condensed%bodies), 1, -1
+      associate (body => condensed%bodies(b))
+        if (candidate > body%first .and. candidate <= body%first + body%m) return
       end associate
     end do
-  end function entry_of
+  end function body_of
 
   !> What the rigid motions that nothing else holds do to the gap of a point.
   pure function carried(condensed, place, motions) result(r)

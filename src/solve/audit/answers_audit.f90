@@ -127,13 +127,15 @@ contains
     type(place_t), intent(inout) :: places(:) !! the points; gets closed
     type(audit_t), intent(inout) :: audit !! gets point_share, point, worst
     real(wp) :: w(3, 3), share
-    integer :: p
+    logical :: moves
+    integer :: b, p
 
+    moves = any([(system%condensed%bodies(b)%motions%n > 0, b=1, size(system%condensed%bodies))])
     do p = 1, size(places)
       w = coupling_of(system, places(p), places(p), .false.)
       places(p)%closed = system%contact%status(places(p)%element) > status_open .and. &
         point_state(13, places(p)%element)*w(1, 1) > least_way*audit%fixed%model_size
-      w = coupling_of(system, places(p), places(p), .true.)
+      if (moves) w = coupling_of(system, places(p), places(p), .true.)
       share = point_borne(w(:, 1), places(p)%mu)
       if (share <= audit%answers%point_share) cycle
       audit%answers%point_share = share
@@ -186,7 +188,7 @@ contains
     type(place_t), intent(in) :: places(:) !! the points
     type(coulomb_t), intent(out) :: problem !! the increment
     type(answer_t), intent(out) :: answer !! what the run has found
-    real(wp) :: against(2)
+    real(wp) :: against(2), w(3, 3)
     integer :: p, q, n
 
     n = size(places)
@@ -200,8 +202,9 @@ contains
     do q = 1, n
       problem%mu(:, q) = places(q)%mu
       do p = q, n
-        problem%w(3*p - 2:3*p, 3*q - 2:3*q) = coupling_of(system, places(p), places(q), .false.)
-        problem%w(3*q - 2:3*q, 3*p - 2:3*p) = transpose(problem%w(3*p - 2:3*p, 3*q - 2:3*q))
+        w = coupling_of(system, places(p), places(q), .false.)
+        problem%w(3*p - 2:3*p, 3*q - 2:3*q) = w
+        problem%w(3*q - 2:3*q, 3*p - 2:3*p) = transpose(w)
       end do
       problem%r(3*q - 2:3*q, :) = carried(system%condensed, places(q), problem%motions)
       associate (force => answer%lambda(3*q - 2:3*q), e => places(q)%element)
