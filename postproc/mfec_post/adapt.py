@@ -12,6 +12,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Optional
 
@@ -139,8 +140,8 @@ def penalty_bar(share: float, value: float, sticks: bool) -> float:
 
 def path_fields(results: Results, goals: Sequence[Goal], raw: Sequence[float],
                 rubs: bool) -> tuple[np.ndarray, Optional[tuple[int, list[float]]]]:
-    """Displacements at the last output time and, with friction, at some before it, in order, and how they have
-    changed since the one at which the goals were least; which that was, and what they were."""
+    """Displacements at the last output time and, with friction, at some before it, in order, and how they
+    have changed since the one at which the goals were least; which that was, and what they were."""
     count = min(FIELDS, results.steps) if rubs else 1
     frames = np.unique(np.linspace(results.steps - 1, 0, count).round()).astype(int)
     u = np.stack([results.point_field('displacement', k) for k in frames])
@@ -264,6 +265,11 @@ def bent_sag(sags: Sequence[Sag], places: np.ndarray) -> float:
     return float(np.einsum('spi,pi->p', ways, normal).mean()) if len(sags) else 0.0
 
 
+def mean_sags(bodies: Bodies, names: Sequence[str], places: np.ndarray) -> list[float]:
+    """The mean sag of each of some surfaces near some places."""
+    return [mean_sag(bodies, name, places) for name in names]
+
+
 def sag_over_penetration(results: Results, contacts: Points,
                          sides: dict[str, Callable[[np.ndarray], Sequence[float]]]) -> float:
     """The largest mean sag at a contact over its mean penetration; of the worst pair. `sides` gives the sags
@@ -348,9 +354,8 @@ class Adaptation:
         self.sags = True
         sides = self.sides(bodies)
         known = len(sides) == len(contacts)  # MORTar has no penetration to compare with
-        return sag_over_penetration(results, contacts, {
-            pair: lambda places, names=names: [mean_sag(bodies, name, places) for name in names]
-            for pair, names in zip(contacts, sides)}) if known else 0.0
+        sags = {pair: partial(mean_sags, bodies, names) for pair, names in zip(contacts, sides)}
+        return sag_over_penetration(results, contacts, sags) if known else 0.0
 
     def write(self, bodies: Bodies, h: Optional[np.ndarray], folder: Path) -> Optional[Path]:
         """The mesh file of a loop; none where the deck's own mesh does."""

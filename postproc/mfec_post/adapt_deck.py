@@ -35,7 +35,7 @@ class Goal:
 
     def value(self, results: Results, time: Optional[float] = None) -> float:
         """At an output time, or at the last."""
-        values = [term_value(results, *term, time) for term in self.terms]
+        values = [term_value(results, name, sign, column, time) for name, sign, column in self.terms]
         if len(values) == 1:
             return values[0]
         if values[1] == 0.0:

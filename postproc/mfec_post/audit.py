@@ -38,7 +38,7 @@ CHECKS = {
               'mean cell', 'refine there, or a second pair, NTOS, with the edge as slave'),
     'penalty': ('warns beyond 1 %',
                 'share of forces or displacements that penalties take, from their stored energy',
-                'MORTar, which has no penalty, or a stiffer PENAlty (AUTO 100 takes a tenth to a third of AUTO 10)'),
+                'MORTar has none; or a stiffer PENAlty (AUTO 100 takes a tenth to a third of AUTO 10)'),
     'answers': ('warns beyond 1, or where the tangent has changed its sign',
                 'friction over what a point alone bears before the law of Coulomb may have other answers',
                 'CHECk,UNIQue tells the others; halve DT, lower mu: the result depends on its increments'),

@@ -177,7 +177,8 @@ class NodeJudge(Judge):
         largest = max(float(np.abs(work).max()), float(np.abs(done).max()) * 1e-6, 1e-4 * float(
             (np.linalg.norm(m.force, axis=1) * np.linalg.norm(m.slip, axis=1)).max()), TINY)
         who = self.pair.run.numbers[m.keys[:, 0]]
-        blur = self.noise * self.pair.edge * np.linalg.norm(m.force, axis=1) / largest  # of slips, where all stick
+        # of slips, where all stick
+        blur = self.noise * self.pair.edge * np.linalg.norm(m.force, axis=1) / largest
         ledger.judge('dissipation', (done - last - work) / largest, who, blur, kept & (seen > 0))
         ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, who, blur, kept)
         self.nodes = {name: (bool(closed[i]), float(done[i]), m.frame[i]) for i, name in enumerate(m.names)}
