@@ -10,7 +10,7 @@ import json
 import resource
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from functools import partial
 from pathlib import Path
@@ -271,7 +271,7 @@ def mean_sags(bodies: Bodies, names: Sequence[str], places: np.ndarray) -> list[
 
 
 def sag_over_penetration(results: Results, contacts: Points,
-                         sides: dict[str, Callable[[np.ndarray], Sequence[float]]]) -> float:
+                         sides: Mapping[str, Callable[[np.ndarray], Sequence[float]]]) -> float:
     """The largest mean sag at a contact over its mean penetration; of the worst pair. `sides` gives the sags
     of its surfaces near some places."""
     x = np.zeros((results.node_numbers.max() + 1, 3))
