@@ -53,7 +53,7 @@ class PenaltyLaws:
                           len(told) == (share > 0.01))
                 self.true(f'{words}, {factor} E/h: {before} before {share}', share < 0.7*before)
                 before = share
-                self.true(f'{words}: what to do: {told}', all(' PENAlty ' in line and 'AUGMent' in line
-                                                              for line in told))
+                self.true(f'{words}: what to do: {told}', all(' PENAlty ' in line and 'MORTar' in line
+                                                             for line in told))
             _, _, share, told = self.penalised(name, load, changes, 'AUTO 10\n    AUGMent')
             self.true(f'{words}, AUGMent: {share}, {told}', share < 0.01 and not told)
