@@ -20,7 +20,7 @@ module balance_audit
   !> The relative residual that goes with an energy tolerance v is this times sqrt(v).
   real(wp), parameter :: residual_share = 1.0e-3_wp
   !> The sums of a body are round-off below this many times the estimate for the residual.
-  real(wp), parameter :: sum_noise_factor = 64.0_wp
+  real(wp), parameter :: sum_noise_factor = 128.0_wp
   !> Round-off beyond this share of the forces is none, unless strains are below the second number.
   real(wp), parameter :: most_round_off = 1.0e-4_wp, no_strain = 1.0e-12_wp
   !> Displacements beyond this many sizes of the model, and beyond what is prescribed, are none.

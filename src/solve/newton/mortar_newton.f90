@@ -15,7 +15,7 @@ module mortar_newton
   !> Halvings of a step while what is left grows.
   integer, parameter :: most_halvings = 5
   !> What may be left, over the largest force; and over the round-off of the gaps without forces.
-  real(wp), parameter :: share_left = 1.0e-12_wp, noise = 8.0_wp
+  real(wp), parameter :: share_left = 1.0e-12_wp, noise = 8.0_wp, of_balance = 1.0e-3_wp
   !> A pivot below this share of the largest of the rigid motions says that contact leaves one free;
   !! what then stops it in the step alone, over the stiffness of a node: the others hardly feel it.
   real(wp), parameter :: no_pivot = 1.0e-10_wp, soft = 1.0e-6_wp
@@ -104,21 +104,21 @@ contains
     result%criterion = now%criterion
   end subroutine solve_multipliers
 
-  !> Forces that are no more than what round-off of lengths makes are none: of a body that has been
-  !! lifted friction and pressure would be two such numbers, and their ratio any.
+  !> Forces of a pair that in sum are no more than what round-off of lengths makes are none: of a
+  !! body that has been lifted friction and pressure would be two such numbers, their ratio any.
   pure subroutine drop_noise(unknowns, now)
     type(mortar_system_t), intent(in) :: unknowns !! gaps, scales
     type(iterate_t), intent(inout) :: now !! a solution
-    real(wp) :: noise_of_force
-    integer :: i
+    integer :: k
 
-    noise_of_force = round_off(unknowns)
-    do i = 1, unknowns%n
-      if (maxval(abs(now%z(3*i - 2:3*i))) > noise_of_force) cycle
-      now%z(3*i - 2:3*i) = 0.0_wp
-      now%closed(i) = .false.
-      now%slips(i) = .false.
-      now%criterion(i) = 0.0_wp
+    do k = 1, size(unknowns%start) - 1
+      associate (first => unknowns%start(k) + 1, last => unknowns%start(k + 1))
+        if (sum(abs(now%z(3*first - 2:3*last))) > round_off(unknowns)) cycle
+        now%z(3*first - 2:3*last) = 0.0_wp
+        now%closed(first:last) = .false.
+        now%slips(first:last) = .false.
+        now%criterion(first:last) = 0.0_wp
+      end associate
     end do
   end subroutine drop_noise
 
@@ -160,7 +160,8 @@ contains
     end do
   end subroutine follow
 
-  !> What is left is round-off: of each multiplier, of the places of its own nodes.
+  !> What is left is round-off: of each multiplier, of the places of its own nodes. The balance of
+  !! bodies knows no places, and is asked for more.
   pure logical function is_solved(unknowns, now)
     type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
     type(iterate_t), intent(in) :: now !! an iterate
@@ -168,7 +169,7 @@ contains
     integer :: i
 
     share = share_left*maxval([0.0_wp, abs(now%z)])
-    is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, round_off(unknowns))
+    is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, of_balance*round_off(unknowns))
     do i = 1, unknowns%n
       is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
         maxval(unknowns%cone(i)%scale)*round_off_of_gaps(unknowns))
