@@ -321,7 +321,7 @@ def quoted(case):
 
 
 PICTURES = {'wedge': ['wedge_forces'], 'shear-lag bar': ['shear_lag_bar'], 'Hertz roller': ['hertz_roller'],
-            'Hertz spheres': ['hertz_convergence', 'hertz_pressure'], 'band on cylinder': ['band_on_cylinder'], 'Raous plate': ['raous_plate'],
+            'Hertz spheres': ['hertz_convergence', 'hertz_pressure'], 'Hertz, pointwise': ['hertz_pointwise'], 'band on cylinder': ['band_on_cylinder'], 'Raous plate': ['raous_plate'],
             'Lubkin': ['lubkin_moment'], 'Cattaneo-Mindlin': ['mindlin_convergence', 'mindlin_force'], 'patch, no match': ['patch'],
             'ten nodes, rates': ['ten_nodes'], 'rolling': ['rolling_traction'], 'rounded punch': ['nafems_punch'], 'loaded pin': ['nafems_pin'],
             'turntable': ['turntable_arm']}
