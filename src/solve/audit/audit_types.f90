@@ -1,10 +1,10 @@
-!> What the audit of an end time knows: its checks, what it measures, and how each is judged.
+!> What the audit of an output time knows: its checks, what it measures, and how each is judged.
 !!
 !! A limit is a constant of the module whose procedure `judge_...` sets the verdict: balance_audit;
-!! shape_audit (turning, by `farthest_turn` of body_measures, and volume); field_audit (strain,
-!! rotation); audit (work, penetration, elastic slip, edges); scene_audit (facets, locking, moved
-!! nodes, room); penalty_audit; answers_audit. Balance, turning and volume alone can fail: run_audit
-!! then ends the run with exit code 2.
+!! shape_audit (body rotation, by `farthest_turn` of body_measures, and volume); field_audit
+!! (strain, rotation); audit (work, penetration, elastic slip, edges); scene_audit (facets, locking,
+!! adjustment, storage); penalty_audit; answers_audit. Balance, body rotation and volume alone can
+!! fail: run_audit then ends the run with exit code 2.
 module audit_types
   use kinds, only: wp
   implicit none

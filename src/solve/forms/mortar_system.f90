@@ -23,8 +23,10 @@ contains
     integer :: b, c
 
     call join_rows(model, unknowns)
-    call find_gaps(model, system, system%position%x_now, unknowns)
-    unknowns%near = unknowns%gap
+    if (system%condensed%rigid%modes + system%tools%border%n > 0) then
+      call find_gaps(model, system, system%position%x_now, unknowns)
+      unknowns%near = unknowns%gap
+    end if
     x = model%mesh%x + system%u
     associate (condensed => system%condensed)
       do c = 1, condensed%n

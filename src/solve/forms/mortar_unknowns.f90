@@ -28,7 +28,8 @@ module mortar_unknowns
     type(mortar_rows_t) :: rows !! their rows
     real(wp), allocatable :: gap(:) !! (3 n) slip and gap without contact forces [length]
     real(wp) :: length = 0.0_wp !! largest coordinate that gaps are of [length]
-    real(wp), allocatable :: near(:) !! (3 n) the same where the increment begins [length]
+    real(wp), allocatable :: near(:) !! (3 n) the same where the increment begins, if motions are
+    !! free [length]
     real(wp), allocatable :: compliance(:, :) !! (3 n, 3 n) G, what they are by a force
     !! [length/force]
     real(wp), allocatable :: stiff(:) !! (n) compliance along supported axes, 0 for none
@@ -79,7 +80,8 @@ contains
   end subroutine join_rows
 
   !> Slip and gap of all multipliers with the nodes at x, eqs. (7.13), (7.15). Rows add up to zero:
-  !! places are seen from the slave node, which saves digits.
+  !! places are seen from the slave node, which saves digits. A gap that the places do not know is
+  !! none, whatever its sign, as in eq. (10.4).
   pure subroutine find_gaps(model, system, x, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! where slip counts from
