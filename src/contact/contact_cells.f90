@@ -396,8 +396,9 @@ contains
 
     first = max(1, first_cell(pair%history%old_cells, f))
     last = last_of(pair%history%old_cells, first, f)
-    call fit_slip(pair, f, pair%history%old_cells(first:last), pair%history%old(first:last), &
-      x_old, slip)
+    ! multipliers at nodes stick without elastic slip
+    if (.not. pair%mortar) call fit_slip(pair, f, pair%history%old_cells(first:last), &
+      pair%history%old(first:last), x_old, slip)
     if (pair%augmented) call fit_multipliers(pair, f, cells, points, x_old, multiplier)
     area = sum(fresh%cell(:fresh%n)%area)
     do p = 1, fresh%n

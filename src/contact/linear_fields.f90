@@ -15,7 +15,7 @@ module linear_fields
   !> A field: its mean, its slopes, and the range of the values it was fitted to.
   type :: linear_field_t
     real(wp) :: center(2) = 0.0_wp !! (xi, eta) of the weighted mean of the points
-    integer :: n = 0 !! values, at most most_values
+    integer :: n = most_field_values !! values
     real(wp) :: mean(most_field_values) = 0.0_wp !! (n) weighted mean of the values
     real(wp) :: slope(most_field_values, 2) = 0.0_wp !! (n, 2) by xi and eta
     real(wp) :: low(most_field_values) = 0.0_wp !! (n) smallest value
