@@ -105,7 +105,7 @@ contains
     if (allocated(system%loads%spring)) call refuse('SPRIng')
     if (allocated(system%loads%pressed)) call refuse('a pressure that follows its faces')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
-    if (system%tools%border%n > 0) call refuse('a rigid body with free motions')
+    if (system%tools%unknowns > 0) call refuse('a rigid body with free motions')
     if (any(system%body%floating)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 

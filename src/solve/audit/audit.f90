@@ -123,7 +123,7 @@ contains
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
         audit%balance, supports_of(system, state%reaction))
     end if
-    if (system%tools%border%n > 0) then
+    if (system%tools%unknowns > 0) then
       do b = 1, system%body%bodies
         audit%balance(:, b) = audit%balance(:, b) + rigid_imbalance(model, system, state, b)
       end do

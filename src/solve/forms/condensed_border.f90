@@ -20,7 +20,7 @@ contains
     integer :: place(size(system%equation, 2)), b, e, i, live
 
     associate (points => system%condensed%points, tools => system%tools)
-      points%n = tools%border%n
+      points%n = tools%unknowns
       points%known = .false.
       if (points%n == 0) return
       live = system%condensed%alive%n_live

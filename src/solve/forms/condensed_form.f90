@@ -219,7 +219,7 @@ contains
         *condensed%bulk%defect_norm)
       if (condensed%rigid%modes > 0) norm = hypot(norm, norm2(condensed%rigid%imbalance &
         + (1.0_wp - condensed%bulk%defect_share)*condensed%rigid%imbalance_change))
-      if (system%tools%border%n > 0) norm = hypot(norm, norm2(system%right(system%equations + 1:)))
+      if (system%tools%unknowns > 0) norm = hypot(norm, norm2(system%right(system%equations + 1:)))
     end associate
   end function residual_norm
 
@@ -231,7 +231,7 @@ contains
     associate (rigid => system%condensed%rigid)
       if (rigid%modes > 0) norm = norm2(rigid%damping*(rigid%alpha - rigid%center))
     end associate
-    if (system%tools%border%n > 0) norm = hypot(norm, system%body%damping* &
+    if (system%tools%unknowns > 0) norm = hypot(norm, system%body%damping* &
       norm2(system%body%pseudo_step%gone))
   end function damping_norm
 

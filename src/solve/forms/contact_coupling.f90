@@ -41,7 +41,7 @@ contains
     type(system_t), intent(in) :: system !! the system
 
     apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
-      .not. any(system%body%floating) .and. system%tools%border%n == 0 .and. &
+      .not. any(system%body%floating) .and. system%tools%unknowns == 0 .and. &
       .not. allocated(system%loads%pressed)
   end function stays_apart
 

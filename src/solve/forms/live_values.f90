@@ -97,7 +97,7 @@ contains
     type(system_t), intent(in) :: system !! solution given
 
     norm = norm2(live_solution(system))
-    if (system%tools%border%n > 0) norm = hypot(norm, &
+    if (system%tools%unknowns > 0) norm = hypot(norm, &
       norm2(system%solution(system%equations + 1:)))
   end function live_direction_norm
 
@@ -106,7 +106,7 @@ contains
     type(system_t), intent(in) :: system !! right and solution given
 
     work = dot_product(system%condensed%alive%right, live_solution(system))
-    if (system%tools%border%n > 0) work = work + dot_product( &
+    if (system%tools%unknowns > 0) work = work + dot_product( &
       system%right(system%equations + 1:), system%solution(system%equations + 1:))
   end function live_direction_work
 

@@ -119,7 +119,7 @@ contains
     integer :: b, i
 
     associate (condensed => system%condensed, modes => system%condensed%rigid%modes &
-      + system%tools%border%n)
+      + system%tools%unknowns)
       unknowns%motion = reshape([real(wp) ::], [3*unknowns%n, modes], [0.0_wp])
       unknowns%push = unknowns%motion
       unknowns%load = spread(0.0_wp, 1, modes)
@@ -139,7 +139,7 @@ contains
         end associate
       end do
     end associate
-    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
+    if (system%tools%unknowns > 0) call add_rigid(system, unknowns)
   end subroutine find_motions
 
   !> What rigid motions of a body do to a multiplier, and its force to them.
@@ -171,7 +171,7 @@ contains
   pure subroutine add_rigid(system, unknowns)
     type(system_t), intent(in) :: system !! rigid bodies, loads
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
-    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), dimension(3, system%tools%unknowns) :: now, before, of_node
     integer :: i, e
 
     associate (rows => unknowns%rows, n => system%condensed%rigid%modes)

@@ -23,7 +23,7 @@ contains
     integer :: b, c
 
     call join_rows(model, unknowns)
-    if (system%condensed%rigid%modes + system%tools%border%n > 0) then
+    if (system%condensed%rigid%modes + system%tools%unknowns > 0) then
       call find_gaps(model, system, system%position%x_now, unknowns)
       unknowns%near = unknowns%gap
     end if

@@ -41,7 +41,7 @@ contains
     logical, intent(in) :: tried !! forces are those of the trial
     real(wp), intent(in) :: force(:, :) !! (3, nodes) applied - internal forces
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     if (tried) then
       call add_rigid_right(system%right, system%tools, system%trial, .true., force)
       if (system%body%damping > 0.0_wp) call add_rigid_damping(system, &
@@ -55,7 +55,7 @@ contains
   !> The damping's force on rigid bodies with a point.
   pure subroutine add_rigid_damping(system, gone)
     type(system_t), intent(inout) :: system !! right changes
-    real(wp), intent(in) :: gone(:) !! (border%n) way since the step began [length]
+    real(wp), intent(in) :: gone(:) !! (unknowns) way since the step began [length]
 
     system%right(system%equations + 1:) = system%right(system%equations + 1:) &
       - system%body%damping*gone

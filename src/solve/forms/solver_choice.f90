@@ -139,10 +139,10 @@ contains
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%floating)
-    scene%rigid_unknowns = system%tools%border%n > 0
+    scene%rigid_unknowns = system%tools%unknowns > 0
     if (scene%rigid_unknowns) scene%bonded = is_bonded(system)
     scene%multipliers = any(has_multipliers(model%pairs))
-    scene%dofs = system%equations + system%tools%border%n
+    scene%dofs = system%equations + system%tools%unknowns
     on_surface = .false.
     do k = 1, size(model%pairs)
       if (any(has_friction(model%pairs(k)%friction%mu))) scene%friction = .true.

@@ -57,7 +57,7 @@ contains
     n = count_sums(model, system)
     pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. &
       .not. any(system%body%motions%n > 0 .or. system%body%floating) .and. &
-      system%tools%border%n == 0 .and. &
+      system%tools%unknowns == 0 .and. &
       .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
   end function sums_pay
 

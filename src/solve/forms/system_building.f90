@@ -114,7 +114,7 @@ contains
         nodes), &
       system%position%x_old(3, nodes), system%position%x_now(3, nodes), &
       system%position%x_ahead(3, nodes), source=0.0_wp)
-    allocate (system%right(system%equations + system%tools%border%n), source=0.0_wp)
+    allocate (system%right(system%equations + system%tools%unknowns), source=0.0_wp)
     allocate (system%solution, system%next, source=system%right)
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors

@@ -158,7 +158,7 @@ contains
     call load_contact(model, system)
     call couple_condensed(system)
     ! under new loads old forces put bodies that contact holds anywhere
-    if (system%condensed%rigid%modes + system%tools%border%n > 0) return
+    if (system%condensed%rigid%modes + system%tools%unknowns > 0) return
     call weigh_all(model, system, waits)
     if (any([(any(abs(model%pairs(k)%nodes%force) > 0.0_wp), k=1, size(model%pairs))])) &
       call move_bodies(model, system)
@@ -221,7 +221,7 @@ contains
     call take_result(model, unknowns, result, progress, system%costs)
     associate (modes => system%condensed%rigid%modes)
       system%condensed%rigid%alpha = result%motion(:modes)
-      if (system%tools%border%n > 0) call move_rigid(system, result%motion(modes + 1:))
+      if (system%tools%unknowns > 0) call move_rigid(system, result%motion(modes + 1:))
     end associate
     call move_bodies(model, system)
     if (result%steps > 0) call tell(time, result, progress, monitor)
@@ -231,7 +231,7 @@ contains
   !! are.
   pure function motions_of(system) result(motion)
     type(system_t), intent(in) :: system !! motions of the condensed form
-    real(wp) :: motion(system%condensed%rigid%modes + system%tools%border%n)
+    real(wp) :: motion(system%condensed%rigid%modes + system%tools%unknowns)
 
     motion = 0.0_wp
     motion(:system%condensed%rigid%modes) = system%condensed%rigid%alpha

@@ -110,7 +110,7 @@ contains
     type(system_t), intent(in) :: system !! tangent formed
 
     has = system%form%has_energy .and. system%whole%symmetric .and. .not. system%motion%active &
-      .and. system%tools%border%n == 0
+      .and. system%tools%unknowns == 0
   end function has_energy
 
   !> Goes to where the energy is least along the direction, nearly: its slope, the work of the

@@ -169,7 +169,7 @@ contains
     type(system_t), intent(in) :: system !! contact elements, bodies
     type(newton_t), intent(in) :: progress !! the last iteration
 
-    may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%border%n == 0 &
+    may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%unknowns == 0 &
       .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
     if (.not. (may .and. associated(system%form%may_repeat))) return
     may = system%form%may_repeat(system, progress%start, progress%linearised)

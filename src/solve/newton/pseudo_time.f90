@@ -126,7 +126,7 @@ contains
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
       pseudo_step%u = system%u
-      pseudo_step%gone = spread(0.0_wp, 1, system%tools%border%n)
+      pseudo_step%gone = spread(0.0_wp, 1, system%tools%unknowns)
       if (allocated(system%tools%rigid)) pseudo_step%rigid = system%tools%rigid
       pseudo_step%bulk_force = system%inner%bulk_force
     end associate

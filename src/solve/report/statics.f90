@@ -78,7 +78,7 @@ contains
 
     if (.not. (allocated(system%body%floating) .and. allocated(system%position%x_old))) return
     if (size(model%pairs) == 0) return
-    if (.not. any(system%body%floating) .or. system%tools%border%n > 0) return
+    if (.not. any(system%body%floating) .or. system%tools%unknowns > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
     if (present(within)) then

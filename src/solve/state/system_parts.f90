@@ -32,7 +32,7 @@ module system_parts
     integer :: steady = 0 !! steps on end after which it was the same
     real(wp) :: too_small = 0.0_wp !! damping that has been, or nearly so [force/length]
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
-    real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
+    real(wp), allocatable :: gone(:) !! (unknowns) way of rigid bodies since then [length]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
     type(defects_t) :: bulk !! of the condensed form
@@ -104,6 +104,7 @@ module system_parts
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
     logical :: ahead = .false. !! they start with the predictor
     integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
+    integer :: unknowns = 0 !! of all rigid bodies
     type(border_t) :: border !! what these unknowns add to the matrix
   end type rigid_part_t
 

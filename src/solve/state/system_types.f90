@@ -135,9 +135,9 @@ module system_types
     real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
     real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
-    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
-    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
-    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
+    real(wp), allocatable :: right(:) !! (equations+unknowns) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations+unknowns) solution [length]
+    real(wp), allocatable :: next(:) !! (equations+unknowns) direction of a trial [length]
     type(touch_t) :: touch !! first touches of the increment
     type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
     type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration

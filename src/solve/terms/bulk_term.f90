@@ -223,7 +223,7 @@ contains
 
     if (.not. system%bulk%linear) then
       call form_force_at(x, system%trial, system)
-    else if (system%tools%border%n > 0) then
+    else if (system%tools%unknowns > 0) then
       call multiply_bulk(system%equation, system%whole, system%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
@@ -255,7 +255,7 @@ contains
   subroutine form_bulk_change(system)
     type(system_t), intent(inout) :: system !! du given; gets bulk_change
 
-    if (system%bulk%linear .and. system%tools%border%n == 0) call multiply_bulk(system%equation, &
+    if (system%bulk%linear .and. system%tools%unknowns == 0) call multiply_bulk(system%equation, &
       system%whole, system%du, system%inner%bulk_change)
   end subroutine form_bulk_change
 

@@ -143,7 +143,7 @@ contains
   pure logical function is_proportional(system) result(yes)
     type(system_t), intent(in) :: system !! elements, bodies
 
-    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
+    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%unknowns == 0 .and. &
       system%body%damping <= 0.0_wp
     if (yes .and. allocated(system%body%regularised)) yes = .not. any(system%body%regularised)
     if (yes .and. allocated(system%body%floating)) yes = .not. any(system%body%floating)

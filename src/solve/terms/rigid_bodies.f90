@@ -34,9 +34,9 @@ contains
         rigid%node = body%nodes
         rigid%point = body%point
         rigid%unknown = pack([(k, k=1, 6)], body%free)
-        rigid%first = system%equations + system%tools%border%n
+        rigid%first = system%equations + system%tools%unknowns
         rigid%body = system%body%node_body(body%nodes(1))
-        system%tools%border%n = system%tools%border%n + size(rigid%unknown)
+        system%tools%unknowns = system%tools%unknowns + size(rigid%unknown)
         allocate (rigid%reach(3, size(rigid%node)), rigid%base(3, size(rigid%node)))
         do i = 1, size(rigid%node)
           rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
@@ -171,7 +171,7 @@ contains
     real(wp) :: step(6)
     integer :: b, i
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
@@ -201,7 +201,7 @@ contains
     real(wp) :: step(6)
     integer :: b
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
@@ -219,7 +219,7 @@ contains
     type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
     integer :: b
 
-    if (tools%border%n == 0) return
+    if (tools%unknowns == 0) return
     do b = 1, size(tools%rigid)
       associate (rigid => tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
@@ -238,7 +238,7 @@ contains
     real(wp), intent(in) :: way(3) !! the translation [length]
     integer :: b, k
 
-    if (tools%border%n == 0) return
+    if (tools%unknowns == 0) return
     do b = 1, size(tools%rigid)
       associate (rigid => tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
@@ -271,10 +271,10 @@ contains
   pure function rigid_values(system, force) result(values)
     type(system_t), intent(in) :: system !! rigid bodies, u
     real(wp), intent(in) :: force(:, :) !! (3, nodes) forces [force]
-    real(wp) :: values(system%tools%border%n), w(6)
+    real(wp) :: values(system%tools%unknowns), w(6)
     integer :: b
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first - &
         system%equations)
@@ -289,7 +289,7 @@ contains
   pure function rigid_motion(system, node) result(motion)
     type(system_t), intent(in) :: system !! rigid bodies, positions
     integer, intent(in) :: node !! the node
-    real(wp) :: motion(3, system%tools%border%n), own(3, 6)
+    real(wp) :: motion(3, system%tools%unknowns), own(3, 6)
 
     motion = 0.0_wp
     associate (rigid => system%tools%rigid(system%tools%carried_by(node)))
@@ -320,7 +320,7 @@ contains
   !> Moves all bodies by values of their unknowns.
   subroutine move_rigid(system, values)
     type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
-    real(wp), intent(in) :: values(:) !! (border%n) [length]
+    real(wp), intent(in) :: values(:) !! (unknowns) [length]
 
     if (size(values) > 0) system%solution(system%equations + 1:) = values
     call try_rigid(system, 1.0_wp)
@@ -387,7 +387,7 @@ contains
     type(state_t), intent(inout) :: state !! gets rigid
     integer :: b
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b))
         state%rigid(1:3, b) = rigid%move

@@ -29,13 +29,13 @@ contains
   subroutine form_border(system)
     type(system_t), intent(inout) :: system !! matrix, forces, rigid given; gets border
     integer :: b, k
-    real(wp) :: hold(system%tools%border%n)
+    real(wp) :: hold(system%tools%unknowns)
 
-    if (system%tools%border%n == 0) return
-    associate (border => system%tools%border)
-      if (.not. allocated(border%corner)) allocate (border%columns(system%equations, border%n), &
-        border%rows(system%equations, border%n), border%answers(system%equations, border%n), &
-        border%corner(border%n, border%n), border%pivot(border%n))
+    if (system%tools%unknowns == 0) return
+    associate (border => system%tools%border, n => system%tools%unknowns, &
+      equations => system%equations)
+      if (.not. allocated(border%corner)) allocate (border%columns(equations, n), &
+        border%rows(equations, n), border%answers(equations, n), border%corner(n, n), border%pivot(n))
       border%columns = 0.0_wp
       border%rows = 0.0_wp
       border%corner = 0.0_wp
@@ -56,7 +56,7 @@ contains
       end associate
     end do
     hold = hold_of(system)
-    do k = 1, system%tools%border%n
+    do k = 1, system%tools%unknowns
       system%tools%border%corner(k, k) = system%tools%border%corner(k, k) + hold(k)
     end do
   end subroutine form_border
@@ -152,7 +152,7 @@ contains
   !> Soft springs and damping of bodies that contact does not hold, or not well.
   pure function hold_of(system) result(hold)
     type(system_t), intent(in) :: system !! regularised, damping
-    real(wp) :: hold(system%tools%border%n)
+    real(wp) :: hold(system%tools%unknowns)
     integer :: b
 
     do b = 1, size(system%tools%rigid)
@@ -184,13 +184,13 @@ contains
     outcome = solver_done
     if (system%whole%solver%by_nodes .and. system%whole%csc%changed) &
       call describe_tangent(system, symmetric)
-    if (system%equations > 0 .or. system%tools%border%n == 0) &
+    if (system%equations > 0 .or. system%tools%unknowns == 0) &
       call factorise_matrix(system%whole%solver, &
       system%whole%csc, symmetric, system%costs, outcome)
-    if (system%tools%border%n == 0 .or. outcome /= solver_done) return
-    associate (border => system%tools%border)
+    if (system%tools%unknowns == 0 .or. outcome /= solver_done) return
+    associate (border => system%tools%border, n => system%tools%unknowns)
       border%answers = 0.0_wp
-      do k = 1, border%n
+      do k = 1, n
         if (all(abs(border%columns(:, k)) <= 0.0_wp)) cycle
         call solve_system(system%whole%solver, system%whole%csc, border%columns(:, k), &
           border%answers(:, k), &
@@ -198,7 +198,7 @@ contains
         if (outcome /= solver_done) return
       end do
       border%corner = border%corner - matmul(transpose(border%rows), border%answers)
-      call dgetrf(border%n, border%n, border%corner, border%n, border%pivot, info)
+      call dgetrf(n, n, border%corner, n, border%pivot, info)
       if (info /= 0) outcome = solver_singular
     end associate
   end subroutine factorise_bordered
@@ -242,21 +242,20 @@ contains
     real(wp), intent(in) :: b(:) !! (equations+n) right-hand side
     real(wp), intent(inout) :: x(:) !! (equations+n) solution
     integer, intent(out) :: outcome !! one of the outcomes
-    real(wp) :: rest(system%tools%border%n, 1)
+    real(wp) :: rest(system%tools%unknowns, 1)
     real(wp), allocatable :: part(:), answer(:)
     integer :: info
 
     outcome = solver_done
-    associate (border => system%tools%border, n => system%equations)
+    associate (border => system%tools%border, n => system%equations, m => system%tools%unknowns)
       part = b(:n)
       answer = x(:n)
-      if (n > 0 .or. border%n == 0) call solve_system(system%whole%solver, system%whole%csc, &
-        part, answer, &
+      if (n > 0 .or. m == 0) call solve_system(system%whole%solver, system%whole%csc, part, answer, &
         system%costs, outcome)
       x(:n) = answer
-      if (border%n == 0 .or. outcome /= solver_done) return
+      if (m == 0 .or. outcome /= solver_done) return
       rest(:, 1) = b(n + 1:) - matmul(answer, border%rows)
-      call dgetrs('N', border%n, 1, border%corner, border%n, border%pivot, rest, border%n, info)
+      call dgetrs('N', m, 1, border%corner, m, border%pivot, rest, m, info)
       x(n + 1:) = rest(:, 1)
       x(:n) = answer - matmul(border%answers, rest(:, 1))
       if (.not. all(abs(rest) <= huge(1.0_wp))) outcome = solver_singular

@@ -207,7 +207,7 @@ contains
       call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
     end do
     system%body%floating = system%body%motions%n > 0
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do body = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(body))
         if (size(rigid%unknown) == 0) cycle
@@ -379,7 +379,7 @@ contains
         force(k) = force(k) + system%right(system%equation(k, node))
       end do
     end do
-    if (system%tools%border%n > 0) force = force + rigid_force(system, body)
+    if (system%tools%unknowns > 0) force = force + rigid_force(system, body)
   end function resultant
 
   !> Outward unit normal of a facet.
