@@ -41,16 +41,14 @@ contains
         k=1, size(model%conditions%pressures))]))
     end if
     if (allocated(system%loads%spring)) sum = ieor(sum, sum_of('springs', &
-      reshape(system%loads%spring, &
-      [size(system%loads%spring)])))
+      reshape(system%loads%spring, [size(system%loads%spring)])))
     if (count_rigid(model) > 0) sum = ieor(sum, sum_of('rigid', &
       [([model%conditions%rigid(k)%point, merge(1.0_wp, 0.0_wp, model%conditions%rigid(k)%free), &
       load_at(model, k, time)], k=1, count_rigid(model))]))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
       if (model%pairs(k)%shrinking%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name// &
-        ' shrink', &
-        [load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)]))
+        ' shrink', [load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)]))
     end do
     mark = transfer(sum, mark)
   end function mark_scene
@@ -76,8 +74,7 @@ contains
     call conditions_at(model, time, u, force)
     sum = sum_of('loads', reshape(merge(u, force, system%equation == 0), [n]))
     where (system%equation > 0) force = 0.0_wp
-    if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', &
-      reshape(force, [n])))
+    if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', reshape(force, [n])))
   end function sum_of_loads
 
   !> The sum over what the forces of a pair depend on.
@@ -86,11 +83,9 @@ contains
     integer :: flags(7)
 
     flags = [merge(1, 0, [pair%segmented, pair%smooth, pair%augmented, pair%history%softened, &
-                          pair%friction%convected]), pair%friction%slip_rule, &
-                            pair%friction%direction]
+      pair%friction%convected]), pair%friction%slip_rule, pair%friction%direction]
     sum = ieor(block_sum(pair%name//' form', flags), sum_of(pair%name//' friction', &
-      [pair%friction%mu, &
-      pair%friction%axis, pair%friction%point, pair%friction%angle]))
+      [pair%friction%mu, pair%friction%axis, pair%friction%point, pair%friction%angle]))
     if (pair%segmented) then
       sum = ieor(sum, sum_of(pair%name//' density', [pair%points%density]))
     else

@@ -14,7 +14,7 @@ module increment_elements
   use target_slopes, only: way_t, find_way, carry_slope, projection_slope
   use late_displacements, only: complete_nodes
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: work_t, shifted_t, load_elements, find_causes, element_change, add_motion, &
@@ -77,9 +77,10 @@ contains
   end subroutine load_elements
 
   !> What the parameters and the last increment do to each closed element.
-  subroutine find_causes(model, system, s, work)
+  subroutine find_causes(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched
     type(work_t), intent(inout) :: work !! gets by, change, stiffer, ways
     integer :: k, p, e, j, n
@@ -87,7 +88,7 @@ contains
     n = size(s%slopes)
     allocate (work%by(causes, system%contact%n, n), work%stiffer(system%contact%n, n), &
       work%change(5, system%contact%n, n), source=0.0_wp)
-    call find_ways(model, system, s, work)
+    call find_ways(model, system, form, s, work)
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
@@ -110,9 +111,10 @@ contains
   end subroutine find_causes
 
   !> How the apexes of closed elements have come to their targets, and the displacements there.
-  subroutine find_ways(model, system, s, work)
+  subroutine find_ways(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, last positions
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched, du
     type(work_t), intent(inout) :: work !! gets ways, way, anew
     logical :: wanted(model%mesh%nodes), exact
@@ -145,7 +147,7 @@ contains
         end associate
       end do
     end do
-    call complete_nodes(system, wanted, s)
+    call complete_nodes(form, wanted, s)
   end subroutine find_ways
 
   !> Closed elements whose target is another one than before.

@@ -13,7 +13,7 @@ module sensitivity_start
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
   use lever_sums, only: levers_t, supported_nodes, loaded_nodes
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use friction_laws, only: cone_laws, acts
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
@@ -153,9 +153,10 @@ contains
 
   !> Levers of the reaction sets, and displacements for unit changes of loads: all of them with one
   !! pass over the factors.
-  subroutine start_scene(model, system, s)
+  subroutine start_scene(model, system, form, s)
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(sensitivity_t), intent(inout) :: s !! gets levers, pushed, influence of slopes
     type(load_t), allocatable :: loads(:)
     real(wp), allocatable :: u(:, :, :), force(:, :, :)
@@ -179,8 +180,8 @@ contains
       force(:, :, levers + 1:levers + own))
     call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
       force(:, :, levers + own + 1:))
-    call find_displacements(system, force, u, system%condensed%outer%influence)
-    call take_levers(model, system, loads, u(:, :, own + 1:levers), s%levers)
+    call find_displacements(system, form, force, u, form%condensed%outer%influence)
+    call take_levers(model, system, form, loads, u(:, :, own + 1:levers), s%levers)
     s%pushed = u(:, :, levers + 1:levers + own)
     n = levers + own
     do j = 1, size(s%slopes)
@@ -193,9 +194,10 @@ contains
   end subroutine start_scene
 
   !> How supports answer to contact forces: displacements for a unit motion of each set.
-  subroutine find_levers(model, system, sets, levers)
+  subroutine find_levers(model, system, form, sets, levers)
     type(model_t), intent(in) :: model !! sets
     type(system_t), intent(in) :: system !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(string_t), intent(in) :: sets(:) !! names
     type(levers_t), intent(out) :: levers !! of these
     real(wp), allocatable :: force(:, :, :), u(:, :, :)
@@ -203,8 +205,8 @@ contains
     allocate (u(3, model%mesh%nodes, 3*size(sets)), force(3, model%mesh%nodes, 3*size(sets)), &
       source=0.0_wp)
     call move_sets(model, system, sets, u)
-    call find_displacements(system, force, u)
-    call take_levers(model, system, [load_t ::], u, levers)
+    call find_displacements(system, form, force, u)
+    call take_levers(model, system, form, [load_t ::], u, levers)
   end subroutine find_levers
 
   !> Unit motions of sets, where they are held.
@@ -227,9 +229,10 @@ contains
   end subroutine move_sets
 
   !> Levers from the displacements, and the forces at the supports.
-  subroutine take_levers(model, system, others, u, levers)
+  subroutine take_levers(model, system, form, others, u, levers)
     type(model_t), intent(in) :: model !! pairs, loads
     type(system_t), intent(in) :: system !! bulk matrix, equations
+    type(form_t), intent(in) :: form !! matrix
     type(load_t), intent(in) :: others(:) !! loads beside those of the model
     real(wp), intent(in) :: u(:, :, :) !! (3, nodes, 3*sets) displacements
     type(levers_t), intent(inout) :: levers !! all of it
@@ -240,7 +243,7 @@ contains
       allocate (levers%hold(3, nodes, 3, sets))
       do i = 1, sets
         do k = 1, 3
-          call multiply(system%whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
+          call multiply(form%whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
           where (system%equation > 0) levers%hold(:, :, k, i) = 0.0_wp
         end do
       end do
@@ -250,8 +253,9 @@ contains
   end subroutine take_levers
 
   !> Displacements of all bodies for a unit of each load, prescribed values and forces.
-  subroutine load_bodies(system, loads, u)
+  subroutine load_bodies(system, form, loads, u)
     type(system_t), intent(in) :: system !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(load_t), intent(in) :: loads(:) !! the loads
     real(wp), intent(out) :: u(:, :, :) !! (3, nodes, loads) [length]
     real(wp), allocatable :: force(:, :, :)
@@ -259,7 +263,7 @@ contains
     u = 0.0_wp
     allocate (force(3, size(u, 2), size(loads)), source=0.0_wp)
     call apply_loads(system, loads, .true., u, force)
-    call find_displacements(system, force, u)
+    call find_displacements(system, form, force, u)
   end subroutine load_bodies
 
   !> A unit of each load.
@@ -280,8 +284,9 @@ contains
 
   !> Displacements of all bodies under forces and prescribed values, for all columns; those that are
   !! multiples of others are solved for once, and not at all where the first ones are known.
-  subroutine find_displacements(system, force, u, known)
+  subroutine find_displacements(system, form, force, u, known)
     type(system_t), intent(in) :: system !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
     real(wp), optional, intent(in) :: known(:, :, :) !! (3, nodes, m) those of the first columns
@@ -298,15 +303,15 @@ contains
     columns = pack([(k, k=first, size(u, 3))], like(first:) == [(k, k=first, size(u, 3))])
     allocate (internal(3, size(u, 2)))
     do k = 1, size(columns)
-      call multiply(system%whole%bulk_matrix, u(:, :, columns(k)), internal)
+      call multiply(form%whole%bulk_matrix, u(:, :, columns(k)), internal)
       force(:, :, columns(k)) = force(:, :, columns(k)) - internal
     end do
     b = force(:, :, columns)
     x = u(:, :, columns)
     if (present(known)) u(:, :, :first - 1) = known
     do i = 1, system%body%bodies
-      if (.not. allocated(system%condensed%bodies(i)%node)) cycle
-      call solve_condensed_body(system%condensed%bodies(i), b, x)
+      if (.not. allocated(form%condensed%bodies(i)%node)) cycle
+      call solve_condensed_body(form%condensed%bodies(i), b, x)
     end do
     u(:, :, columns) = x
     do k = 1, size(u, 3)

@@ -7,7 +7,7 @@ module answer_places
   use quadratic_facet, only: facet_shapes, facet_shapes_t
   use condensed_types, only: condensed_t
   use model_types, only: model_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: place_t, list_places, coupling_of, carried, slip_of
@@ -30,9 +30,10 @@ module answer_places
 contains
 
   !> All points with a facet: their nodes, shares and frames.
-  pure subroutine list_places(model, system, point_state, places)
+  pure subroutine list_places(model, system, form, point_state, places)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, candidates
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), allocatable, intent(out) :: places(:) !! the points
     integer :: e, k, n
@@ -43,7 +44,7 @@ contains
       do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%routine(e) == routine_none) cycle
         n = n + 1
-        places(n) = place_of(system, e, point_state(:, e))
+        places(n) = place_of(system, form, e, point_state(:, e))
         places(n)%pair = k
         places(n)%point = e - system%place%first_point(k) + 1
         places(n)%mu = model%pairs(k)%friction%mu
@@ -56,8 +57,9 @@ contains
   end subroutine list_places
 
   !> A point: a unit force on the slave, and its reaction on the nodes of the facet.
-  pure type(place_t) function place_of(system, e, stress) result(place)
+  pure type(place_t) function place_of(system, form, e, stress) result(place)
     type(system_t), intent(in) :: system !! contact elements, candidates
+    type(form_t), intent(in) :: form !! condensed
     integer, intent(in) :: e !! the contact element
     real(wp), intent(in) :: stress(:) !! its state
     integer :: a, slaves
@@ -70,8 +72,8 @@ contains
       if (slaves > 1) place%share(:slaves) = list%weight(:slaves, e)
       place%share(slaves + 1:place%n) = -facet_weights(system, e, list%h2(:, e))
       do a = 1, place%n
-        if (list%ix(a, e) > 0) place%candidate(:, a) = system%condensed%place(:, list%ix(a, e))
-        place%body(a) = body_of(system%condensed, maxval(place%candidate(:, a)))
+        if (list%ix(a, e) > 0) place%candidate(:, a) = form%condensed%place(:, list%ix(a, e))
+        place%body(a) = body_of(form%condensed, maxval(place%candidate(:, a)))
       end do
     end associate
     place%frame(:, 1) = stress(10:12)
@@ -95,8 +97,8 @@ contains
   end function facet_weights
 
   !> What forces at one point do to the gap of another, in their frames (eq. (13.6)).
-  pure function coupling_of(system, to, from, held_only) result(w)
-    type(system_t), intent(in) :: system !! compliance
+  pure function coupling_of(form, to, from, held_only) result(w)
+    type(form_t), intent(in) :: form !! compliance
     type(place_t), intent(in) :: to, from !! the points
     logical, intent(in) :: held_only !! only of bodies that supports hold
     real(wp) :: w(3, 3)
@@ -105,7 +107,7 @@ contains
     w = 0.0_wp
     do b = 1, from%n
       if (from%body(b) == 0) cycle
-      associate (body => system%condensed%bodies(from%body(b)))
+      associate (body => form%condensed%bodies(from%body(b)))
         if (held_only .and. body%motions%n > 0) cycle
         do a = 1, to%n
           if (to%body(a) == from%body(b)) call add_entries(body%compliance, to%candidate(:, a) &

@@ -5,12 +5,11 @@ module condensed_motions
   use text, only: to_text
   use rigid_motions, only: choose_fixings, mode_row
   use condensed_types, only: condensed_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: fix_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, &
-    set_center
+    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, set_center
 
   !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
   !! costs are missing where the body touches.
@@ -19,18 +18,18 @@ module condensed_motions
 contains
 
   !> The rigid motions that the supports leave a body, and the fixings that stop them.
-  subroutine fix_body(system, b)
-    type(system_t), intent(inout) :: system !! gets motions and fixings of a body of condensed
+  subroutine fix_body(system, form, b)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets motions and fixings of a body of condensed
     integer, intent(in) :: b !! the body
 
-    associate (body => system%condensed%bodies(b))
+    associate (body => form%condensed%bodies(b))
       if (allocated(body%fixing_node)) return
       body%motions = system%body%motions(b)
       allocate (body%fixing_node(0), body%fixing_direction(0))
       if (body%motions%n == 0) return
-      call choose_fixings(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
-        body%motions, &
-        body%fixing_node, body%fixing_direction)
+      call choose_fixings(form%condensed%rigid%x, system%equation, system%body%node_body, b, &
+        body%motions, body%fixing_node, body%fixing_direction)
     end associate
   end subroutine fix_body
 
@@ -56,8 +55,9 @@ contains
   end function lost_digits
 
   !> Work of nodal forces on the rigid motions that supports leave.
-  pure subroutine push_bodies(system, force, push)
+  pure subroutine push_bodies(system, form, force, push)
     type(system_t), intent(in) :: system !! bodies of condensed
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
     real(wp), intent(out) :: push(:) !! (modes) [force]
     integer :: i, k, b, first(system%body%bodies)
@@ -72,7 +72,7 @@ contains
         if (abs(force(k, i)) <= 0.0_wp) cycle
         associate (mine => push(first(b) + 1:first(b) + system%body%motions(b)%n))
           mine = mine + force(k, i)*mode_row(system%body%motions(b), k, &
-            system%condensed%rigid%x(:, i))
+            form%condensed%rigid%x(:, i))
         end associate
       end do
     end do
@@ -102,8 +102,7 @@ contains
       allocate (condensed%rigid%alpha(condensed%rigid%modes), &
         condensed%rigid%alpha_change(condensed%rigid%modes), &
         condensed%rigid%imbalance(condensed%rigid%modes), &
-          condensed%rigid%imbalance_change(condensed%rigid%modes), &
-        source=0.0_wp)
+        condensed%rigid%imbalance_change(condensed%rigid%modes), source=0.0_wp)
     end if
   end subroutine place_modes
 
@@ -169,23 +168,23 @@ contains
   end subroutine sum_forces
 
   !> Adds rigid motions of the bodies to the displacements of all nodes.
-  pure subroutine add_motion_inside(system, alpha, u)
+  pure subroutine add_motion_inside(system, form, alpha, u)
     type(system_t), intent(in) :: system !! bodies of condensed
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: alpha(:) !! (modes) [length]
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
     integer :: i, k
 
-    if (system%condensed%rigid%modes == 0) return
+    if (form%condensed%rigid%modes == 0) return
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, size(system%body%node_body)
         if (system%body%node_body(i) == 0) cycle
         associate (body => condensed%bodies(system%body%node_body(i)))
           if (body%motions%n == 0) cycle
           do k = 1, 3
-            u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, &
-              condensed%rigid%x(:, i)), alpha(body%first_mode + 1:body%first_mode &
-              + body%motions%n))
+            u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, condensed%rigid%x(:, i)), &
+              alpha(body%first_mode + 1:body%first_mode + body%motions%n))
           end do
         end associate
       end do

@@ -12,7 +12,7 @@ module contact_blocks
   use block_inverses, only: factorise_block, is_of, body_of
   use contact_sums, only: add_leading
   use sparse_columns, only: take_product, add_product
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: form_blocks, precondition
@@ -33,15 +33,16 @@ contains
 
   !> Divides the rows of the tangent, inverts the blocks and finds what they make of the rigid
   !! motions.
-  subroutine form_blocks(system, x, outcome)
-    type(system_t), intent(inout) :: system !! columns of its tangent given; gets blocks
+  subroutine form_blocks(system, form, x, outcome)
+    type(system_t), intent(in) :: system !! columns of its tangent given
+    type(form_t), intent(inout) :: form !! gets blocks
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! done or singular
-    real(wp) :: place(3, system%condensed%tangent%rank)
+    real(wp) :: place(3, form%condensed%tangent%rank)
     integer :: k, worst
 
-    associate (condensed => system%condensed, tangent => system%condensed%tangent)
-      call place_rows(system, x, place)
+    associate (condensed => form%condensed, tangent => form%condensed%tangent)
+      call place_rows(system, form, x, place)
       call divide_rows(tangent, place, system%scale%facet_size)
       call part_motions(condensed)
       if (allocated(tangent%parts%weight)) deallocate (tangent%parts%weight)

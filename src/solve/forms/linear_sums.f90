@@ -8,7 +8,7 @@ module linear_sums
   use model_types, only: model_t
   use sum_shares, only: sums_pay, begin_shares, form_shares, find_unit
   use sum_rows, only: count_sums, reaction_rows, load_rows
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: can_do_without, form_sums, take_sums, mapped_sums, direct_works
@@ -17,12 +17,13 @@ contains
 
   !> Rows and audit of an increment that has converged can do without displacements inside, and
   !! enough end times of the run do for the sums to pay.
-  logical function can_do_without(model, system) result(can)
+  logical function can_do_without(model, system, form) result(can)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! converged
+    type(form_t), intent(in) :: form !! condensed
     integer :: i
 
-    can = system%condensed%active .and. .not. system%condensed%surface_only
+    can = form%condensed%active .and. .not. form%condensed%surface_only
     if (can) can = sums_pay(model, system)
     if (.not. can) return
     if (allocated(system%contact%reached)) then
@@ -42,28 +43,29 @@ contains
   end function presses_on_support
 
   !> What contact forces and loads do to each sum.
-  subroutine form_sums(model, system)
+  subroutine form_sums(model, system, form)
     type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(inout) :: system !! factors; gets sums of condensed
+    type(system_t), intent(in) :: system !! factors
+    type(form_t), intent(inout) :: form !! gets sums of condensed
     real(wp) :: unit(3, model%mesh%nodes), force(3, model%mesh%nodes)
     integer :: row, k, last(2), b
 
-    call begin_shares(model, system)
+    call begin_shares(model, system, form)
     last = reaction_rows(model, system)
-    associate (sums => system%condensed%sums, loads => model%conditions%loads)
+    associate (sums => form%condensed%sums, loads => model%conditions%loads)
       sums%by_load = spread(spread(0.0_wp, 1, count_sums(model, system)), 2, size(loads))
       do k = 1, size(loads)
         force = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
         if (all(abs(force) <= 0.0_wp)) cycle
         do row = 1, last(2)
-          call find_unit(model, system, row, unit)
+          call find_unit(model, system, form, row, unit)
           sums%by_load(row, k) = -sum(unit*force)
         end do
       end do
       do b = 1, size(sums%bodies)
-        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, b, .false., &
-          system%costs)
+        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, form, b, &
+          .false., form%costs)
         sums%by_load = sums%by_load + sums%bodies(b)%by_load
       end do
       sums%value = spread(0.0_wp, 1, size(sums%by_load, 1))
@@ -72,19 +74,19 @@ contains
   end subroutine form_sums
 
   !> The sums of a converged state from its contact forces.
-  subroutine take_sums(system)
-    type(system_t), intent(inout) :: system !! gets the values of sums
+  subroutine take_sums(form)
+    type(form_t), intent(inout) :: form !! gets the values of sums
 
-    call mapped_sums(system, system%condensed%sums%value)
+    call mapped_sums(form, form%condensed%sums%value)
   end subroutine take_sums
 
   !> The same, handed out.
-  subroutine mapped_sums(system, value)
-    type(system_t), intent(in) :: system !! forces of contact, factors of the loads
+  subroutine mapped_sums(form, value)
+    type(form_t), intent(in) :: form !! forces of contact, factors of the loads
     real(wp), intent(out) :: value(:) !! (sums)
     integer :: b
 
-    associate (sums => system%condensed%sums, condensed => system%condensed)
+    associate (sums => form%condensed%sums, condensed => form%condensed)
       value = matmul(sums%by_load, condensed%outer%factors)
       do b = 1, size(sums%bodies)
         associate (body => condensed%bodies(b))
@@ -96,9 +98,10 @@ contains
   end subroutine mapped_sums
 
   !> Works of loads and reactions from displacements inside and reactions, each added up.
-  subroutine direct_works(model, system, state, value)
+  subroutine direct_works(model, system, form, state, value)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! equations, bodies
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! converged, displacements inside known
     real(wp), intent(inout) :: value(:) !! (sums) gets the works
     real(wp) :: unit(3, model%mesh%nodes)
@@ -107,7 +110,7 @@ contains
     r = reaction_rows(model, system)
     l = load_rows(model, system)
     do row = r(1), l(2)
-      call find_unit(model, system, row, unit)
+      call find_unit(model, system, form, row, unit)
       if (row <= r(2)) then
         value(row) = sum(unit*state%reaction)
       else

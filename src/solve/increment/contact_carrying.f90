@@ -119,8 +119,7 @@ contains
     integer :: p
 
     do p = 1, size(force)
-      force(p) = force_at(pair, p, system%position%x_old, &
-        shallow*system%scale%facet_size)
+      force(p) = force_at(pair, p, system%position%x_old, shallow*system%scale%facet_size)
     end do
     if (all(force <= 0.0_wp)) return
     force = force/sum(force)

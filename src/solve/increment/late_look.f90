@@ -13,7 +13,8 @@ module late_look
   use linear_sums, only: can_do_without
   use loads, only: load_factors
   use monitors, only: monitor_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   use text, only: count_noun
   implicit none
   private
@@ -27,16 +28,17 @@ contains
 
   !> A body that contact alone holds has moved so far in this increment that its nodes that are not
   !! watched cannot stand for themselves where they were.
-  pure logical function has_flown(model, system) result(flown)
+  pure logical function has_flown(model, system, form) result(flown)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(in) :: system !! candidates at their place
+    type(form_t), intent(in) :: form !! condensed, its kind
     integer :: i
 
     flown = .false.
-    if (system%form%knows_inside .or. system%condensed%surface_only) return
+    if (form%kind%knows_inside .or. form%condensed%surface_only) return
     if (.not. any(system%body%floating)) return
-    do i = 1, size(system%condensed%candidate)
-      if (.not. system%condensed%candidate(i)) cycle
+    do i = 1, size(form%condensed%candidate)
+      if (.not. form%condensed%candidate(i)) cycle
       if (.not. system%body%floating(system%body%node_body(i))) cycle
       flown = norm2(model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)) &
         > far_share*system%scale%facet_size
@@ -47,9 +49,10 @@ contains
   !> Finds the displacements of all nodes, if they are due or may be far from where they were seen
   !! last, and the points that touch although the condensed form has not watched one of their nodes;
   !! with these it is extended.
-  subroutine look_inside(model, system, state, settings, monitor, known, missed)
+  subroutine look_inside(model, system, form, state, settings, monitor, known, missed)
     type(model_t), intent(inout) :: model !! pairs: targets of the points, if some are missed
     type(system_t), intent(inout) :: system !! converged; u of all nodes, condensed may grow
+    type(form_t), intent(inout) :: form !! its kind given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     class(monitor_t), intent(inout) :: monitor !! hears of missed points
@@ -60,19 +63,19 @@ contains
 
     missed = .false.
     known = .false.
-    if (system%form%knows_inside .or. system%condensed%surface_only) return
+    if (form%kind%knows_inside .or. form%condensed%surface_only) return
     if (.not. system%inside_due) then
-      if (can_do_without(model, system)) then
-        call system%form%refresh(system)
-        call follow_nodes(model, system, state, strayed)
+      if (can_do_without(model, system, form)) then
+        call form%kind%refresh(system, form)
+        call follow_nodes(model, system, form, state, strayed)
         if (.not. strayed) return
       end if
     end if
     known = .true.
-    call system%form%recover(system)
-    call see(system%condensed%outer%factors, system%u, system%condensed%outer%seen)
+    call form%kind%recover(system, form)
+    call see(form%condensed%outer%factors, system%u, form%condensed%outer%seen)
     system%position%x_now = model%mesh%x + system%u
-    watched = system%condensed%candidate .or. .not. any(system%equation > 0, 1)
+    watched = form%condensed%candidate .or. .not. any(system%equation > 0, 1)
     n = 0
     do k = 1, size(model%pairs)
       call count_missed(model%pairs(k), system, settings%extrapolation, watched, n)
@@ -82,7 +85,7 @@ contains
     call monitor%detail('  '//count_noun(n, 'contact point')//' touched where nobody foresaw '// &
       'it: once more with their nodes')
     call load_contact(model, system)
-    call system%form%couple(system)
+    call form%kind%couple(system, form)
   end subroutine look_inside
 
   !> All nodes have been seen; no body has been carried since.
@@ -99,15 +102,16 @@ contains
 
   !> Nodes may have strayed from where they were seen last, other than by the rigid ways that were
   !! foreseen: candidates have, or the loads alone would take another node there.
-  subroutine follow_nodes(model, system, state, strayed)
+  subroutine follow_nodes(model, system, form, state, strayed)
     type(model_t), intent(in) :: model !! loads, mesh
-    type(system_t), intent(inout) :: system !! converged; gets carried of seen
+    type(system_t), intent(in) :: system !! converged
+    type(form_t), intent(inout) :: form !! gets carried of seen
     type(state_t), intent(in) :: state !! last converged state
     logical, intent(out) :: strayed !! by more than a share of a facet
     real(wp) :: way(3, size(system%u, 2)), squared
     integer :: i, k
 
-    associate (outer => system%condensed%outer, seen => system%condensed%outer%seen)
+    associate (outer => form%condensed%outer, seen => form%condensed%outer%seen)
       if (.not. allocated(seen%u)) call see(load_factors(model, state%time), state%u, seen)
       seen%carried = seen%carried + system%position%x_ahead - model%mesh%x - state%u
       way = -seen%carried
@@ -116,7 +120,7 @@ contains
       end do
       strayed = .false.
       do i = 1, size(way, 2)
-        if (system%condensed%candidate(i)) way(:, i) = system%u(:, i) - seen%u(:, i) &
+        if (form%condensed%candidate(i)) way(:, i) = system%u(:, i) - seen%u(:, i) &
           - seen%carried(:, i)
         squared = 0.0_wp
         do k = 1, 3

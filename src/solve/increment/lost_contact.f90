@@ -7,7 +7,7 @@ module lost_contact
   use force_scales, only: force_scale
   use rigid_bodies, only: is_carried
   use body_measures, only: rigid_turns, has_small_strain, farthest_turn
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: has_thrown, has_turned, find_turned
@@ -44,9 +44,10 @@ contains
   !> A body of small strain that supports do not hold has turned farther than a linear theory can
   !! mean, most of it in this increment; 0 if there is none. Its forces are no solution, whatever
   !! they balance: another start, or a shorter increment, may lead to one.
-  subroutine find_turned(model, system, body, angle)
+  subroutine find_turned(model, system, form, body, angle)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
+    type(form_t), intent(in) :: form !! its kind
     integer, intent(out) :: body !! the body
     real(wp), intent(out) :: angle !! how far it has turned in all [degree]
     real(wp), dimension(3, system%body%bodies) :: turn, since
@@ -57,7 +58,7 @@ contains
     angle = 0.0_wp
     if (.not. any(system%body%floating)) return
     known = .true.
-    if (associated(system%form%placed_nodes)) call system%form%placed_nodes(system, known)
+    if (associated(form%kind%placed_nodes)) call form%kind%placed_nodes(form, known)
     call rigid_turns(model%mesh%x, system%u, model%mesh%x + system%u - system%position%x_old, &
       system%body%node_body, known, turn, since)
     if (all(norm2(turn, 1) <= sin(farthest_turn))) return
@@ -73,13 +74,14 @@ contains
   end subroutine find_turned
 
   !> There is such a body.
-  logical function has_turned(model, system)
+  logical function has_turned(model, system, form)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
+    type(form_t), intent(in) :: form !! its kind
     real(wp) :: angle
     integer :: body
 
-    call find_turned(model, system, body, angle)
+    call find_turned(model, system, form, body, angle)
     has_turned = body > 0
   end function has_turned
 
@@ -137,7 +139,7 @@ contains
     type(system_t), intent(in) :: system !! rigid bodies
     integer, intent(in) :: node !! the node
 
-    loose = is_carried(system, node)
+    loose = is_carried(system%tools, node)
     if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
   end function is_loose
 

@@ -15,7 +15,7 @@ module multiplier_motion
   use point_forces, only: point_forces_t, take_forces
   use rigid_bodies, only: nothing_deforms
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use multiplier_types, only: multiplier_motion_t
   implicit none
   private
@@ -74,9 +74,10 @@ contains
   end subroutine take_multipliers
 
   !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
-  subroutine add_multipliers(model, system, anew)
+  subroutine add_multipliers(model, system, form, anew)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! direction found; gets du, motion
+    type(form_t), intent(inout) :: form !! du
     logical, intent(in) :: anew !! the derivatives of the forces belong to a new tangent
     type(point_forces_t) :: at(size(model%pairs))
     type(gmres_t) :: iteration
@@ -92,20 +93,20 @@ contains
       floor = wanted_share(norm2(lack), motion%rest)
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
-      call project(model, system, at, change_of_forces(system, system%du), image, little*floor)
+      call project(model, system, at, change_of_forces(system, form%du), image, little*floor)
       call begin_gmres(reshape(lack + image, [size(lack)]), multiplier_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
       do while (iteration%rest > floor .and. iteration%n < multiplier_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
-        call system%form%answer(system, -forces_of_way(system), du)
+        call form%kind%answer(system, form, -forces_of_way(system), du)
         call project(model, system, at, change_of_forces(system, du), image, share)
         call add_image(reshape((1.0_wp + own_share)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))
     end associate
-    call system%form%push(system, -forces_of_way(system))
+    call form%kind%push(system, form, -forces_of_way(system))
   end subroutine add_multipliers
 
   !> As many digits as Newton can use.

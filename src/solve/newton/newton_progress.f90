@@ -6,7 +6,8 @@ module newton_progress
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
   use system_parts, only: bodies_t
   implicit none
@@ -84,16 +85,17 @@ contains
 
   !> The residual is zero, at its round-off, or within the tolerance the deck sets; and no node has
   !! gone farther than a body can (doc/theory, "Convergence criteria").
-  logical function is_converged(system, settings, progress) result(converged)
+  logical function is_converged(system, form, settings, progress) result(converged)
     type(system_t), intent(in) :: system !! residual formed
+    type(form_t), intent(in) :: form !! its kind
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
     real(wp) :: norm
 
     converged = .false.
     if (.not. in_bounds(system)) return
-    norm = residual_norm(system)
-    if (is_round_off(system, progress%halved)) then
+    norm = residual_norm(system, form)
+    if (is_round_off(system, form, progress%halved)) then
       converged = .true.
     else if (settings%coarsely) then
       converged = system%body%settled .and. progress%energy <= coarse_energy*progress%first_energy
@@ -107,17 +109,18 @@ contains
 
   !> The residual is at its round-off, and so are its resultants: where it only seems so, as nodes
   !! are many, a body still lacks a share of its weight.
-  logical function is_round_off(system, halved)
+  logical function is_round_off(system, form, halved)
     type(system_t), intent(in) :: system !! residual formed
+    type(form_t), intent(in) :: form !! its kind
     logical, intent(in) :: halved !! the last iteration, or step with damping, has halved it
     real(wp) :: factor
 
     factor = merge(round_off_share, round_off_factor, halved .and. system%contact%n > 0)
-    if (system%form%iterates_cheaply .and. halved) factor = cheap_share
-    is_round_off = residual_norm(system) <= min(factor*system%scale%round_off, &
+    if (form%kind%iterates_cheaply .and. halved) factor = cheap_share
+    is_round_off = residual_norm(system, form) <= min(factor*system%scale%round_off, &
       least_meaning(system))
-    if (.not. (is_round_off .and. associated(system%form%largest_resultant))) return
-    is_round_off = system%form%largest_resultant(system) <= round_off_factor* &
+    if (.not. (is_round_off .and. associated(form%kind%largest_resultant))) return
+    is_round_off = form%kind%largest_resultant(system, form) <= round_off_factor* &
       max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
       resultant_share*force_scale(system)))
   end function is_round_off
@@ -149,8 +152,9 @@ contains
 
   !> A full step has met the energy tolerance: its own energy did, or what it has left is so small,
   !! by the factor at hand, that the next step's would by far.
-  logical function meets_energy(system, settings, progress) result(met)
-    type(system_t), intent(inout) :: system !! factor and residual after the step; next is used
+  logical function meets_energy(system, form, settings, progress) result(met)
+    type(system_t), intent(in) :: system !! factor and residual after the step; next is used
+    type(form_t), intent(inout) :: form !! its kind
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
 
@@ -158,39 +162,41 @@ contains
       met = progress%energy <= tolerance*first
       if (met .or. progress%energy > sqrt(tolerance)*first .or. any(system%body%regularised)) return
       ! a step with the same tangent asks the same
-      if (system%form%inexact .and. may_go_on(system, progress)) return
-      met = system%form%next_energy(system) <= tolerance**1.5_wp*first
+      if (form%kind%inexact .and. may_go_on(system, form, progress)) return
+      met = form%kind%next_energy(system, form) <= tolerance**1.5_wp*first
     end associate
   end function meets_energy
 
   !> More steps with the tangent of the last iteration may follow. Not where a body is regularised
   !! or damped, or the form would rather have a new one.
-  pure logical function may_go_on(system, progress) result(may)
+  pure logical function may_go_on(system, form, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
+    type(form_t), intent(in) :: form !! its kind
     type(newton_t), intent(in) :: progress !! the last iteration
 
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%unknowns == 0 &
       .and. system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
-    if (.not. (may .and. associated(system%form%may_repeat))) return
-    may = system%form%may_repeat(system, progress%start, progress%linearised)
+    if (.not. (may .and. associated(form%kind%may_repeat))) return
+    may = form%kind%may_repeat(system, form, progress%start, progress%linearised)
   end function may_go_on
 
   !> An iteration has led on if residual or direction are smaller than ever in this solve. Where
   !! slip spreads along a surface, ring of points by ring, neither need be until it is through: so
   !! has one after which fewer points stick than ever (doc/theory, "Algorithms").
-  subroutine judge_progress(system, sticking, progress)
+  subroutine judge_progress(system, form, sticking, progress)
     type(system_t), intent(in) :: system !! state after the iteration
+    type(form_t), intent(in) :: form !! its kind
     integer, intent(in) :: sticking !! points that stick now
     type(newton_t), intent(inout) :: progress !! gets counts and lowest values
 
     progress%since_lowest = progress%since_lowest + 1
     progress%since_fewest = progress%since_fewest + 1
     progress%short = merge(progress%short + 1, 0, progress%length <= short_step)
-    if (residual_norm(system) < progress%lowest .or. &
-      system%form%direction_norm(system) < progress%shortest) progress%since_lowest = 0
+    if (residual_norm(system, form) < progress%lowest .or. &
+      form%kind%direction_norm(system, form) < progress%shortest) progress%since_lowest = 0
     if (progress%since_lowest == 0 .or. sticking < progress%fewest) progress%since_fewest = 0
-    progress%lowest = min(progress%lowest, residual_norm(system))
-    progress%shortest = min(progress%shortest, system%form%direction_norm(system))
+    progress%lowest = min(progress%lowest, residual_norm(system, form))
+    progress%shortest = min(progress%shortest, form%kind%direction_norm(system, form))
     progress%fewest = min(progress%fewest, sticking)
   end subroutine judge_progress
 end module newton_progress

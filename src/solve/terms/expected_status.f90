@@ -48,8 +48,7 @@ contains
         element = system%place%first_point(k) + p - 1
         if (system%contact%routine(element) == routine_none) cycle
         if (model%pairs(k)%history%old(p)%status <= status_open) then
-          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, &
-            system)
+          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, system)
           cycle
         end if
         system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip

@@ -96,8 +96,7 @@ contains
     barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
     call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-      old_place(pair, system, p), xi, &
-                           gap)
+      old_place(pair, system, p), xi, gap)
     barely = abs(gap) <= least
   end function barely
 
@@ -158,8 +157,7 @@ contains
         if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
         if (.not. any(system%body%floating([body, system%body%node_body(facet(1))]))) cycle
         call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-          old_place(pair, system, p), &
-          xi, gap)
+          old_place(pair, system, p), xi, gap)
         if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
           system%touch%waits(body, k) = .false.
         end if

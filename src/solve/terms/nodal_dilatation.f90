@@ -14,7 +14,7 @@ module nodal_dilatation
   use element_lists, only: volume_list_t
   use model_types, only: model_t
   use block_matrix, only: find_block
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use system_parts, only: whole_form_t
   implicit none
   private
@@ -215,10 +215,11 @@ contains
   end subroutine add_volume_forces
 
   !> Adds their tangent to the bulk's matrix.
-  subroutine add_volume_tangent(x, u, system)
+  subroutine add_volume_tangent(x, u, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets bulk_matrix
     real(wp), dimension(system%volumes%n) :: pressure, slope
     real(wp), allocatable :: b(:, :, :)
     real(wp) :: energy
@@ -238,10 +239,10 @@ contains
               + 0.25_wp*part%gradient
           end do
           if (list%finite(list%set(corners(1)))) call add_turning(0.25_wp*sum(pressure(corners)) &
-            *part%volume, part%c, nodes, system%whole)
+            *part%volume, part%c, nodes, form%whole)
         end associate
       end do
-      call add_products(slope/list%size, b, system%volumes, system%whole)
+      call add_products(slope/list%size, b, system%volumes, form%whole)
     end associate
   end subroutine add_volume_tangent
 
