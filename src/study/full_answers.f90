@@ -77,7 +77,7 @@ contains
 
   !> One right-hand side with the factor at hand; supports stay.
   subroutine solve_column(system, form, right, du, outcome)
-    type(system_t), intent(inout) :: system !! tangent and factor
+    type(system_t), intent(in) :: system !! tangent and factor
     type(form_t), intent(inout) :: form !! gets border, matrix
     real(wp), intent(in) :: right(:) !! (equations) [force]
     real(wp), intent(inout) :: du(:, :) !! (3, nodes) free ones are given values [length]
@@ -96,7 +96,7 @@ contains
 
   !> Displacements of all nodes for forces of contact, with what contact answers.
   subroutine answer_full(system, form, force, du, arrived)
-    type(system_t), intent(inout) :: system !! with the factor of solve_full
+    type(system_t), intent(in) :: system !! with the factor of solve_full
     type(form_t), intent(inout) :: form !! gets border, matrix
     real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
     real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns) [length]

@@ -76,7 +76,7 @@ contains
 
   !> Shifts whose forces ask for what is lacking: GMRES with all parameters together.
   subroutine close_lack(system, form, s, work, floor, lack, arrived)
-    type(system_t), intent(inout) :: system !! its tangent and factor
+    type(system_t), intent(in) :: system !! its tangent and factor
     type(form_t), intent(inout) :: form !! gets border, condensed, matrix
     type(sensitivity_t), intent(inout) :: s !! room of the answers
     type(work_t), intent(in) :: work !! elements
