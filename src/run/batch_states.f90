@@ -61,7 +61,7 @@ contains
     call check_balance(path, context%model, context%system, context%form, context%state, saved, &
       error)
     if (context%sensitivity%active .and. .not. allocated(error)) call resume_slopes(path, &
-      context%model, context%system, context%state, context%sensitivity, error)
+      context%model, context%system%place, context%state, context%sensitivity, error)
     if (allocated(error)) return
     call log_line(context%files%log, '  back to the state of time '// &
       to_text(context%state%time, 12)//' in '//path, error)

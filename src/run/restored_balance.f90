@@ -141,7 +141,8 @@ contains
     type(form_t), intent(in) :: form !! its kind
 
     share = 0.0_wp
-    if (force_scale(system) > 0.0_wp) share = residual_norm(system, form)/force_scale(system)
+    if (force_scale(system%scale) > 0.0_wp) share = residual_norm(system, &
+      form)/force_scale(system%scale)
   end function residual_share_of
 
   !> Says that a state cannot be taken, and why.

@@ -55,7 +55,7 @@ contains
     estimate%interface = count(system%equation > 0 .and. spread(form%condensed%candidate, 1, 3))
     if (foresee_choice(model, system, form) == solver_reduced .and. system%equations > 0) &
       estimate%condensed = form%whole%asked == solver_reduced .or. &
-      dense_share(model, system, form) <= 1.0_wp
+      dense_share(model, system, form%condensed) <= 1.0_wp
     if (.not. estimate%condensed) form%condensed%candidate = .false.
     call add_bodies(model, system, form, estimate)
     form%condensed = condensed_t()

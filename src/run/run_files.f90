@@ -13,9 +13,10 @@ module run_files
   use slave_points, only: lift_forces
   use smooth_patch, only: patch_frame
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: contact_places_t
   use audit_types, only: audit_t
   use body_measures, only: lever_ends
-  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush
+  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush, cost_t
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
     write_rows, close_table
@@ -152,7 +153,7 @@ contains
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
-    if (.not. allocated(error)) call write_point_rows(files, model, system, state, error)
+    if (.not. allocated(error)) call write_point_rows(files, model, system%place, state, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call write_rows(files%rigid, &
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, form, state, increment, &
@@ -162,10 +163,10 @@ contains
   end subroutine write_row
 
   !> Appends the rows of the table of contact points.
-  subroutine write_point_rows(files, model, system, state, error)
+  subroutine write_point_rows(files, model, place, state, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! contact elements
+    type(contact_places_t), intent(in) :: place !! contact elements
     type(state_t), intent(in) :: state !! the converged state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(point_fields_t) :: points
@@ -175,7 +176,7 @@ contains
     do i = 1, size(model%output%points)
       k = model%output%points(i)
       call fill_points(model%pairs(k), model%mesh%x, state%u, files%point_state(:, &
-        system%place%first_point(k):system%place%first_point(k + 1) - 1), points)
+        place%first_point(k):place%first_point(k + 1) - 1), points)
       call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
       call write_points(files%points, state%step, state%time, i, rows, error)
       if (allocated(error)) return
@@ -362,14 +363,14 @@ contains
   end subroutine fill_state
 
   !> Closes whatever is open; the first trouble is reported.
-  subroutine close_files(files, system, error)
+  subroutine close_files(files, costs, error)
     type(run_files_t), intent(inout) :: files !! the files
-    type(system_t), intent(in) :: system !! cost table
+    type(cost_t), intent(in) :: costs !! cost table
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(error_t), allocatable :: next
 
     if (.not. files%open) return
-    if (this_rank() == 0) call close_results(files%results, system%costs, error)
+    if (this_rank() == 0) call close_results(files%results, costs, error)
     if (this_rank() == 0) call close_contact_file(files%surfaces, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%reactions, next)

@@ -25,7 +25,7 @@ contains
     integer(int64) :: sum
     integer :: m, k
 
-    sum = ieor(sum_of_loads(model, system, time), &
+    sum = ieor(sum_of_loads(model, system%equation, time), &
       block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
     sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
       merge(100, 0, model%materials(m)%rigid) + merge(1000, 0, model%materials(m)%nodal), &
@@ -63,17 +63,17 @@ contains
 
   !> The sum over prescribed displacements and applied forces; forces on supports count by
   !! themselves, and only where there are such.
-  pure integer(int64) function sum_of_loads(model, system, time) result(sum)
+  pure integer(int64) function sum_of_loads(model, equation, time) result(sum)
     type(model_t), intent(in) :: model !! conditions and tables
-    type(system_t), intent(in) :: system !! its degrees of freedom
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     real(wp), intent(in) :: time !! the time
     real(wp), dimension(3, model%mesh%nodes) :: u, force
     integer :: n
 
     n = 3*model%mesh%nodes
     call conditions_at(model, time, u, force)
-    sum = sum_of('loads', reshape(merge(u, force, system%equation == 0), [n]))
-    where (system%equation > 0) force = 0.0_wp
+    sum = sum_of('loads', reshape(merge(u, force, equation == 0), [n]))
+    where (equation > 0) force = 0.0_wp
     if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', reshape(force, [n])))
   end function sum_of_loads
 

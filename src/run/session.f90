@@ -237,7 +237,7 @@ contains
         wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
       if (context%terminal%json) call tell_costs(context)
       call begin_writing()
-      call close_files(files, system, trouble)
+      call close_files(files, system%costs, trouble)
       if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)
       call end_writing()
     end associate
@@ -312,7 +312,7 @@ contains
     if (.not. context%sensitivity%active) return
     call begin_sensitivities(context%model, context%system, context%sensitivity)
     if (states%step > 0) call resume_slopes(options%restart, &
-      context%model, context%system, context%state, context%sensitivity, error)
+      context%model, context%system%place, context%state, context%sensitivity, error)
     if (.not. allocated(error)) call create_sensitivity_table(context%derivatives, &
       states%base//'.sen', context%model, context%sensitivity, error)
     context%monitor%sensitivity => context%sensitivity

@@ -251,7 +251,8 @@ contains
         call change_influence(variant%model, context%system, context%form)
         shared%changed_loads = .not. same_loads(variant%model, shared%base%model)
       end if
-      call begin_variant(shared%common, variant%model, context%system, context%form, context%state)
+      call begin_variant(shared%common, variant%model, context%system%u, context%system%touch, &
+        context%form%condensed, context%state)
       context%form%condensed%surface_only = .true.
       context%form%condensed%narrow = .true.
       call choose_neighbours(shared%starts, number)
@@ -356,7 +357,7 @@ contains
         call reactions_by_levers(model, system, state%time, shared%levers, &
           result%reactions(:, :, i))
       else
-        call sum_reactions(model, system, state, result%reactions(:, :, i))
+        call sum_reactions(model, system%equation, state, result%reactions(:, :, i))
       end if
     end do
     result%iterations = monitor%solves
@@ -364,9 +365,9 @@ contains
   end subroutine solve_variant
 
   !> Sums of the reactions over the sets.
-  subroutine sum_reactions(model, system, state, reactions)
+  subroutine sum_reactions(model, equation, state, reactions)
     type(model_t), intent(in) :: model !! sets
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(state_t), intent(in) :: state !! reactions
     real(wp), intent(out) :: reactions(:, :) !! (3, sets) [force]
     integer, allocatable :: nodes(:)
@@ -375,8 +376,7 @@ contains
 
     do i = 1, size(model%output%reactions)
       call find_nodes(model%mesh, model%output%reactions(i)%s, nodes, found)
-      reactions(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, system%equation(:, nodes) &
-        == 0), 2)
+      reactions(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, equation(:, nodes) == 0), 2)
     end do
   end subroutine sum_reactions
 end module study_run

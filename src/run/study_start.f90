@@ -12,6 +12,8 @@ module study_start
   use contact_types, only: contact_point_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
+  use touch_path, only: touch_t
+  use condensed_types, only: condensed_t
   use stepping, only: advance
   use monitors, only: monitor_t
   use variant_system, only: set_back
@@ -146,11 +148,12 @@ contains
   end subroutine begin_common
 
   !> Puts a variant into the common state.
-  subroutine begin_variant(common, model, system, form, state)
+  subroutine begin_variant(common, model, u, touch, condensed, state)
     type(common_t), intent(in) :: common !! the state there
     type(model_t), intent(inout) :: model !! its problem; gets the history
-    type(system_t), intent(inout) :: system !! set back; gets forces
-    type(form_t), intent(inout) :: form !! gets condensed
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(touch_t), intent(inout) :: touch !! first touches of the increment
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     type(state_t), intent(inout) :: state !! becomes the common state
     integer :: k
 
@@ -163,10 +166,10 @@ contains
     state%step = common%state%step
     state%u = common%state%u
     state%reaction = common%state%reaction
-    system%u = state%u
-    form%condensed%outer%kept = common%kept
-    if (allocated(common%u_before)) system%touch%u_before = common%u_before
-    system%touch%span_before = common%span_before
+    u = state%u
+    condensed%outer%kept = common%kept
+    if (allocated(common%u_before)) touch%u_before = common%u_before
+    touch%span_before = common%span_before
   end subroutine begin_variant
 
   !> Contact, or loads up to the common state, are not those of the base.

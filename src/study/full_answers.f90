@@ -17,6 +17,7 @@ module full_answers
   use lever_sums, only: supported_nodes, loaded_nodes
   use sensitivity_types, only: sensitivity_t
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: start_full, solve_full, answer_full, full_reactions
@@ -27,9 +28,9 @@ module full_answers
 contains
 
   !> Nodes with supports, and those that contact or a load may load.
-  subroutine start_full(model, system, s)
+  subroutine start_full(model, equation, s)
     type(model_t), intent(in) :: model !! pairs, loads
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(sensitivity_t), intent(inout) :: s !! gets supports and loaded of levers
     type(load_t), allocatable :: others(:)
     integer :: j, k, n
@@ -42,7 +43,7 @@ contains
         others(n) = s%slopes(j)%loads(k)
       end do
     end do
-    s%levers%supports = supported_nodes(system%equation)
+    s%levers%supports = supported_nodes(equation)
     s%levers%loaded = loaded_nodes(model, others)
     s%started = .true.
   end subroutine start_full
@@ -127,7 +128,7 @@ contains
     real(wp) :: force(3, size(system%equation, 2))
     integer :: e
 
-    call stretch_bulk(model, system, form, time, s, j, force)
+    call stretch_bulk(model, system, form%whole, time, s, j, force)
     do e = 1, size(work%elements)
       if (system%contact%routine(e) == routine_none) cycle
       if (work%slopes(e)%status == status_open) cycle
@@ -139,17 +140,17 @@ contains
   end subroutine collect_forces
 
   !> Change of the forces of the bulk, less that of the loads: K du + dK u - dp.
-  subroutine stretch_bulk(model, system, form, time, s, j, force)
+  subroutine stretch_bulk(model, system, whole, time, s, j, force)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! bulk
-    type(form_t), intent(in) :: form !! matrix
+    type(whole_form_t), intent(in) :: whole !! matrix
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, du
     integer, intent(in) :: j !! the parameter
     real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
     integer :: i
 
-    call multiply(form%whole%bulk_matrix, s%du(:, :, j), force)
+    call multiply(whole%bulk_matrix, s%du(:, :, j), force)
     do i = 1, size(force, 2)
       if (system%body%node_body(i) > 0) force(:, i) = force(:, i) &
         + s%slopes(j)%stiffness(system%body%node_body(i))*system%inner%bulk_force(:, i)
@@ -158,10 +159,10 @@ contains
   end subroutine stretch_bulk
 
   !> Derivatives of the reactions: what bulk and contact do at the supports, less the loads there.
-  subroutine full_reactions(model, system, form, state, s)
+  subroutine full_reactions(model, system, whole, state, s)
     type(model_t), intent(in) :: model !! sets, loads
     type(system_t), intent(in) :: system !! bulk
-    type(form_t), intent(in) :: form !! matrix
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(state_t), intent(in) :: state !! time, reactions
     type(sensitivity_t), intent(inout) :: s !! du and force given; gets reaction, total
     real(wp) :: force(3, size(state%u, 2))
@@ -170,7 +171,7 @@ contains
     logical :: found
 
     do j = 1, size(s%slopes)
-      call stretch_bulk(model, system, form, state%time, s, j, force)
+      call stretch_bulk(model, system, whole, state%time, s, j, force)
       force(:, s%levers%loaded) = force(:, s%levers%loaded) + s%force(:, s%levers%loaded, j)
       where (system%equation > 0) force = 0.0_wp
       do i = 1, size(s%sets)

@@ -10,6 +10,7 @@ module multiplier_answers
   use full_answers, only: solve_full, answer_full
   use sensitivity_types, only: sensitivity_t
   use system_types, only: form_t, system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: solve_increment, rest_candidates
@@ -48,7 +49,7 @@ contains
       if (.not. arrived) trouble = 'the multipliers of contact find no answer'
       shifts = shifts + lack
       call take_shifts(shifts, work)
-      call rest_candidates(form, s)
+      call rest_candidates(form%condensed, s)
       call solve_once(.true.)
     end do
 
@@ -95,7 +96,7 @@ contains
       columns = iteration%m - iteration%n
       base = reshape(iteration%base(:, iteration%n + 1:iteration%m), [3, n, columns])
       allocate (force(3, size(s%du, 2), columns), du(3, size(s%du, 2), columns))
-      call forces_of_shifts(system, work, base, force)
+      call forces_of_shifts(system%contact, work, base, force)
       if (s%full) then
         call answer_full(system, form, force, du, arrived)
       else
@@ -110,15 +111,13 @@ contains
   end subroutine close_lack
 
   !> Candidates rest until they are solved for.
-  subroutine rest_candidates(form, s)
-    type(form_t), intent(in) :: form !! condensed, or not
+  subroutine rest_candidates(condensed, s)
+    type(condensed_t), intent(in) :: condensed !! condensed, or not
     type(sensitivity_t), intent(inout) :: s !! gets du
     integer :: i
 
-    associate (condensed => form%condensed)
-      do i = 1, condensed%n
-        s%du(condensed%direction(i), condensed%node(i), :) = 0.0_wp
-      end do
-    end associate
+    do i = 1, condensed%n
+      s%du(condensed%direction(i), condensed%node(i), :) = 0.0_wp
+    end do
   end subroutine rest_candidates
 end module multiplier_answers

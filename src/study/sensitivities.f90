@@ -22,6 +22,9 @@ module sensitivities
   use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: whole_form_t
+  use element_lists, only: element_list_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: follow_increment
@@ -53,7 +56,7 @@ contains
         trouble = 'derivatives of a run with the condensed form go on with that form only'
         return
       end if
-      if (s%full) call start_full(model, system, s)
+      if (s%full) call start_full(model, system%equation, s)
       if (.not. s%full) call start_scene(model, system, form, s)
     else if (s%full .neqv. form%kind%knows_inside) then
       trouble = 'the solver has changed between the condensed and the full form'
@@ -65,14 +68,14 @@ contains
     system%contact%slide = .false.
     system%contact%keep = 0.0_wp
     call load_elements(model, system, work)
-    call find_causes(model, system, form, s, work)
+    call find_causes(model, system, form%condensed, s, work)
     call find_shifted(model, system, s, work)
-    call change_ways(model, system, form, state%time, s)
+    call change_ways(model, system%equation, form%condensed, state%time, s)
     call solve_increment(model, system, form, state%time, s, work, trouble)
     if (len(trouble) > 0) return
-    call collect_forces(model, system, form, s, work)
+    call collect_forces(model, system, form%condensed, s, work)
     call settle(model, system, s, work)
-    call add_reactions(model, system, form, state, s)
+    call add_reactions(model, system, form%whole, state, s)
     form%right = right
     system%contact_force = contact_force
     if (allocated(system%contact%reached)) deallocate (system%contact%reached)
@@ -87,10 +90,10 @@ contains
   end function is_late
 
   !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
-  subroutine change_ways(model, system, form, time, s)
+  subroutine change_ways(model, equation, condensed, time, s)
     type(model_t), intent(in) :: model !! loads and their tables
-    type(system_t), intent(in) :: system !! equations
-    type(form_t), intent(in) :: form !! condensed
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! gets du
     real(wp) :: ways(3, model%mesh%nodes)
@@ -112,18 +115,18 @@ contains
       end associate
       do i = 1, size(s%levers%supports)
         associate (node => s%levers%supports(i))
-          where (system%equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
+          where (equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
         end associate
       end do
     end do
-    call rest_candidates(form, s)
+    call rest_candidates(condensed, s)
   end subroutine change_ways
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
-  subroutine collect_forces(model, system, form, s, work)
+  subroutine collect_forces(model, system, condensed, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks; du of
     !! open points
     type(work_t), intent(inout) :: work !! elements, causes; gets the whole change
@@ -146,17 +149,17 @@ contains
           call add_forces(work%elements(e), dr, s%force(:, :, j))
           s%contact(:, k, j) = s%contact(:, k, j) - dr(1:3)
         end do
-        call look_at_border(system, work, e, dx, s, k)
+        call look_at_border(system%contact, work, e, dx, s, k)
       end do
     end do
-    call look_at_open(model, system, form, s, work)
+    call look_at_open(model, system, condensed, s, work)
   end subroutine collect_forces
 
   !> The same of open points, whose displacements are not all known yet.
-  subroutine look_at_open(model, system, form, s, work)
+  subroutine look_at_open(model, system, condensed, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! force given; gets du, range, kinks
     type(work_t), intent(in) :: work !! elements, causes
     real(wp) :: dx(12, size(s%slopes))
@@ -178,7 +181,7 @@ contains
           wanted(work%elements(e)%ix(:work%elements(e)%nel)) = .true.
       end do
     end do
-    call complete_nodes(form, wanted, s)
+    call complete_nodes(condensed, wanted, s)
     do k = 1, size(model%pairs)
       do e = system%place%first_point(k), system%place%first_point(k) + &
         count_points(model%pairs(k)) - 1
@@ -187,14 +190,14 @@ contains
         do j = 1, size(s%slopes)
           dx(:, j) = element_motion(work%elements(e), s%du(:, :, j))
         end do
-        call look_at_border(system, work, e, dx, s, k)
+        call look_at_border(system%contact, work, e, dx, s, k)
       end do
     end do
   end subroutine look_at_open
 
   !> Change of each parameter after which one point changes its status, to first order.
-  subroutine look_at_border(system, work, e, dx, s, k)
-    type(system_t), intent(in) :: system !! contact elements
+  subroutine look_at_border(contact, work, e, dx, s, k)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(work_t), intent(in) :: work !! elements, causes
     integer, intent(in) :: e !! the element
     real(wp), intent(in) :: dx(:, :) !! (12, parameters) motion of S, 1, 2, 3 [length]
@@ -204,7 +207,7 @@ contains
     integer :: j
     logical :: kink, rubs
 
-    associate (mine => work%slopes(e), list => system%contact)
+    associate (mine => work%slopes(e), list => contact)
       rubs = mine%status > status_open .and. any(abs(mine%dover_x) > 0.0_wp)
       kink = abs(mine%rho) <= border_gap*facet_size(work%elements(e)%xl(:, list%slaves(e) + 1: &
         list%slaves(e) + 3))
@@ -264,19 +267,19 @@ contains
         end associate
       end do
     end do
-    call remember_points(model, system, s)
+    call remember_points(model, system%place, s)
   end subroutine settle
 
   !> Derivatives of the reactions, and Euler's sum.
-  subroutine add_reactions(model, system, form, state, s)
+  subroutine add_reactions(model, system, whole, state, s)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
-    type(form_t), intent(in) :: form !! matrix
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, pseudo_step
 
     if (s%full) then
-      call full_reactions(model, system, form, state, s)
+      call full_reactions(model, system, whole, state, s)
     else
       call sum_supports(model, system, state, s)
     end if

@@ -13,6 +13,7 @@ module answers_audit
   use answer_places, only: place_t, list_places, coupling_of, carried, slip_of
   use model_types, only: model_t
   use system_types, only: form_t, system_t, state_t
+  use element_lists, only: element_list_t
   use audit_types, only: audit_t, other_answers_t, verdict_ok, verdict_warning, check_answers
   implicit none
   private
@@ -53,11 +54,11 @@ contains
     audit%verdict(check_answers) = verdict_ok
     audit%worst(check_answers) = 0
     audit%value(check_answers) = -1.0_wp
-    call find_obstacle(model, system, form, audit%answers)
+    call find_obstacle(model, system%contact, form, audit%answers)
     if (len(audit%answers%unknown) > 0) return
     if (.not. form%kind%knows_inside) then
       call list_places(model, system, form, point_state, places)
-      call find_weakest(system, form, point_state, places, audit)
+      call find_weakest(system%contact, form, point_state, places, audit)
       due = audit%answers%point_share > critical_share .and. count(places%closed) <= few_points
       due = due .or. audit%answers%point_share > 1.0_wp .and. mod(audit%step, every_step) == 0
       if (due .or. last .or. wanted) call look_at_statuses(model, system, form, state, &
@@ -75,16 +76,16 @@ contains
   end subroutine judge_answers
 
   !> Why nothing can be said, if that is so.
-  subroutine find_obstacle(model, system, form, answers)
+  subroutine find_obstacle(model, contact, form, answers)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! contact elements, compliance
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(form_t), intent(in) :: form !! condensed, its kind
     type(other_answers_t), intent(inout) :: answers !! gets unknown
-    logical :: takes_part(system%contact%n)
+    logical :: takes_part(contact%n)
     integer :: k
 
     answers%unknown = ''
-    takes_part = system%contact%routine /= routine_none
+    takes_part = contact%routine /= routine_none
     if (size(model%pairs) == 0) then
       answers%unknown = 'no contact'
     else if (.not. any([(any(model%pairs(k)%friction%mu > 0.0_wp), k=1, size(model%pairs))])) then
@@ -93,7 +94,7 @@ contains
       answers%unknown = 'contact is by multipliers at nodes'
     else if (.not. any(takes_part)) then
       answers%unknown = 'nothing is near'
-    else if (any([(takes_part(k) .and. any_acts(system%contact%d(d03_law:d03_area - 1, k)), &
+    else if (any([(takes_part(k) .and. any_acts(contact%d(d03_law:d03_area - 1, k)), &
       k=1, size(takes_part))])) then
       answers%unknown = 'a law changes the cone'
     else if (form%kind%knows_inside) then
@@ -122,8 +123,8 @@ contains
 
   !> The point whose friction is the most of what it bears alone. Of bodies that nothing but contact
   !! holds one point alone says nothing: they count as rigid.
-  subroutine find_weakest(system, form, point_state, places, audit)
-    type(system_t), intent(in) :: system !! contact elements, compliance
+  subroutine find_weakest(contact, form, point_state, places, audit)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(inout) :: places(:) !! the points; gets closed
@@ -134,10 +135,10 @@ contains
 
     moves = any([(form%condensed%bodies(b)%motions%n > 0, b=1, size(form%condensed%bodies))])
     do p = 1, size(places)
-      w = coupling_of(form, places(p), places(p), .false.)
-      places(p)%closed = system%contact%status(places(p)%element) > status_open .and. &
+      w = coupling_of(form%condensed, places(p), places(p), .false.)
+      places(p)%closed = contact%status(places(p)%element) > status_open .and. &
         point_state(13, places(p)%element)*w(1, 1) > least_way*audit%fixed%model_size
-      if (moves) w = coupling_of(form, places(p), places(p), .true.)
+      if (moves) w = coupling_of(form%condensed, places(p), places(p), .true.)
       share = point_borne(w(:, 1), places(p)%mu)
       if (share <= audit%answers%point_share) cycle
       audit%answers%point_share = share
@@ -206,7 +207,7 @@ contains
     do q = 1, n
       problem%mu(:, q) = places(q)%mu
       do p = q, n
-        w = coupling_of(form, places(p), places(q), .false.)
+        w = coupling_of(form%condensed, places(p), places(q), .false.)
         problem%w(3*p - 2:3*p, 3*q - 2:3*q) = w
         problem%w(3*q - 2:3*q, 3*p - 2:3*p) = transpose(w)
       end do

@@ -68,7 +68,7 @@ contains
     if (state%step > 0) then
       call begin_at(model, system, state, state%time)
       audit%sum%force = audit%sum%force + system%loads%external
-      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system, audit%sum%force)
+      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system%loads, audit%sum%force)
       audit%sum%work_known = .false.
     end if
     audit%sum%force_before = norm2(audit%sum%force)
@@ -112,17 +112,17 @@ contains
     if (audit%step == 0) audit%before = -1
     audit%step = state%step
     audit%time = state%time
-    call take_values(model, system, form, state, value)
+    call take_values(model, system, form%condensed, state, value)
     if (.not. state%whole) then
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance)
       call add_supports(model, value, audit%balance)
     else if (system%bulk%linear) then
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, &
-        supports_of(system, state%reaction))
+        supports_of(system%body, state%reaction))
       if (size(value) > 0) call compare_balance(model, system, value, audit)
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
-        audit%balance, supports_of(system, state%reaction))
+        audit%balance, supports_of(system%body, state%reaction))
     end if
     if (system%tools%unknowns > 0) then
       do b = 1, system%body%bodies
@@ -160,8 +160,9 @@ contains
 
     audit%strain_energy = 0.0_wp
     by_sums = .not. (state%whole .and. audit%sum%whole)
-    if (by_sums) call add_work(model, system, form, value, audit)
-    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, form, state, value)
+    if (by_sums) call add_work(model, system, form%condensed, value, audit)
+    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, form%condensed, &
+      state, value)
     do i = 1, merge(size(state%u, 2), 0, state%whole)
       f = system%loads%external(:, i) + state%reaction(:, i)
       if (.not. by_sums) audit%sum%work = audit%sum%work + 0.5_wp*dot_product( &

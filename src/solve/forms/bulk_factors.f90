@@ -26,7 +26,7 @@ contains
     type(form_t), intent(inout) :: form !! gets the bodies of condensed
     integer, intent(out) :: outcome !! as in back_ends
 
-    call start_turns(system, form)
+    call start_turns(system, form%condensed)
     if (allocated(form%condensed%made_at)) then
       call condense_at(system, form, form%condensed%made_at, spread(.true., 1, &
         system%body%bodies), outcome)

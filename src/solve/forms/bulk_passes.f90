@@ -30,7 +30,7 @@ contains
     type(form_t), intent(inout) :: form !! gets condensed, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call follow_turns(x, system, form)
+    call follow_turns(x, system, form%condensed)
     call form_element_matrices(system, form, x)
     call gather_right(system, form, 0.0_wp, .false.)
   end subroutine begin_direction
@@ -48,8 +48,8 @@ contains
     integer :: b
 
     call spread_values(system%equation, right, field)
-    call to_frames(system, form, field)
-    call push_bodies(system, form, field, alpha)
+    call to_frames(system%body, form%condensed, field)
+    call push_bodies(system%body, form%condensed, field, alpha)
     do b = 1, system%body%bodies
       associate (body => form%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
@@ -67,8 +67,8 @@ contains
         call complete_body(body, moved(body%first + 1:body%first + body%m), field, form%costs)
       end associate
     end do
-    call add_motion_inside(system, form, alpha, field)
-    call from_frames(system, form, field)
+    call add_motion_inside(system, form%condensed, alpha, field)
+    call from_frames(system%body, form%condensed, field)
     call gather_values(system%equation, field, solution)
   end subroutine solve_pass
 

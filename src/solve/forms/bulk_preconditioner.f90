@@ -17,6 +17,7 @@ module bulk_preconditioner
   use contact_tangent, only: factorise_tangent, form_rest, apply_rest
   use contact_sums, only: add_leading, take_shares
   use system_types, only: form_t, system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: find_bulk_direction, solve_by_passes, solve_in_one_pass
@@ -59,7 +60,7 @@ contains
     goal = min(coarsest_bulk*norm2(form%right), max(wanted_share(form)*norm2(form%right), &
       well_below*max(wanted, system%scale%round_off)))
     arrived = .false.
-    if (is_worth_trying(system, form)) then
+    if (is_worth_trying(system, form%condensed)) then
       form%condensed%tangent%fresh = .false.
       call form_rest(system%contact, form%condensed)
       call iterate_bulk(system, form, goal, most_stale, arrived)
@@ -172,15 +173,15 @@ contains
     call multiply(form%whole%bulk_matrix, moved, bulk)
     associate (condensed => form%condensed)
       if (condensed%alive%n_live > 0 .and. condensed%tangent%elements > 0) then
-        call to_frames(system, form, moved)
+        call to_frames(system%body, form%condensed, moved)
         contact = 0.0_wp
-        y = contact_force(form, [(moved(condensed%direction(condensed%alive%live(i)), &
+        y = contact_force(form%condensed, [(moved(condensed%direction(condensed%alive%live(i)), &
           condensed%node(condensed%alive%live(i))), i=1, condensed%alive%n_live)])
         do i = 1, condensed%alive%n_live
           contact(condensed%direction(condensed%alive%live(i)), &
             condensed%node(condensed%alive%live(i))) = y(i)
         end do
-        call from_frames(system, form, contact)
+        call from_frames(system%body, form%condensed, contact)
         bulk = bulk + contact
       end if
     end associate
@@ -189,13 +190,13 @@ contains
   end subroutine apply_tangent
 
   !> Forces of contact's tangent, its leading part and its rest.
-  function contact_force(form, t) result(y)
-    type(form_t), intent(in) :: form !! tangent of contact
+  function contact_force(condensed, t) result(y)
+    type(condensed_t), intent(in) :: condensed !! tangent of contact
     real(wp), intent(in) :: t(:) !! (live) displacements in the frames of the bodies [length]
     real(wp) :: y(size(t))
-    real(wp) :: z(form%condensed%tangent%rank)
+    real(wp) :: z(condensed%tangent%rank)
 
-    associate (tangent => form%condensed%tangent)
+    associate (tangent => condensed%tangent)
       call apply_rest(tangent, t, y)
       call take_shares(tangent, t, z)
       call add_leading(tangent, z, y)

@@ -53,7 +53,7 @@ contains
     failures = 0
     little = .false.
     if (present(model)) little = asks_little(model, system)
-    if (little) call begin_shares(model, system, form)
+    if (little) call begin_shares(model, system, form%condensed)
     call sort_bodies(system, order, shared_from)
     !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed, failed) &
     !$omp& shared(system, form, wanted, order, ready, matrices, little, own, outcomes, promised, &
@@ -103,7 +103,7 @@ contains
     call number_equations(system, b, equation)
     ready = any(equation /= 0)
     if (.not. ready) return
-    call fix_body(system, form, b)
+    call fix_body(system, form%condensed, b)
     queue = 0
     do i = 1, size(queue)
       if (form%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
@@ -292,7 +292,7 @@ contains
         force = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
         where (system%equation == 0) force = 0.0_wp
-        call push_bodies(system, form, force, condensed%outer%pushes(:, k))
+        call push_bodies(system%body, form%condensed, force, condensed%outer%pushes(:, k))
       end do
     end associate
   end subroutine begin_influence

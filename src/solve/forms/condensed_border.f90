@@ -35,7 +35,7 @@ contains
         place(tools%rigid(b)%node) = [(i, i=1, size(tools%rigid(b)%node))]
       end do
       do e = 1, form%condensed%tangent%elements
-        call add_element(system, form, place, form%condensed%tangent%element(e))
+        call add_element(system, form%condensed, place, form%condensed%tangent%element(e))
       end do
       do b = 1, size(tools%rigid)
         associate (first => tools%rigid(b)%first - system%equations + 1, &
@@ -48,16 +48,16 @@ contains
   end subroutine form_points
 
   !> What one contact element adds.
-  subroutine add_element(system, form, place, element)
+  subroutine add_element(system, condensed, place, element)
     type(system_t), intent(in) :: system !! element matrices of condensed; points grow
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     integer, intent(in) :: place(:) !! (nodes) which node of its rigid body each is
     integer, intent(in) :: element !! its place in the list
     real(wp), allocatable :: motion(:, :), column(:, :), row(:, :), other(:, :)
     integer :: a, c, body, body_c, first, first_c, i
 
-    associate (list => system%contact, points => form%condensed%points, dofs => &
-      form%condensed%tangent%dofs(:, element), s => form%condensed%tangent%s(:, :, element))
+    associate (list => system%contact, points => condensed%points, dofs => &
+      condensed%tangent%dofs(:, element), s => condensed%tangent%s(:, :, element))
       do a = 1, list%nel(element)
         body = system%tools%carried_by(list%ix(a, element))
         if (body == 0) cycle
@@ -89,16 +89,15 @@ contains
 
   !> Factorises what the answers to the unknowns leave of the corner. Soft springs hold what contact
   !! hardly resists, and nothing else (doc/theory, "Condensed floating bodies").
-  subroutine factorise_points(system, form, done)
+  subroutine factorise_points(system, condensed, done)
     type(system_t), intent(in) :: system !! points with their answers; get the factor
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     logical, intent(out) :: done !! there is one
-    real(wp), dimension(form%condensed%points%n, form%condensed%points%n) :: a, left, right
-    real(wp) :: s(form%condensed%points%n), hold(form%condensed%points%n), &
-      work(10*form%condensed%points%n + 64)
+    real(wp), dimension(condensed%points%n, condensed%points%n) :: a, left, right
+    real(wp) :: s(condensed%points%n), hold(condensed%points%n), work(10*condensed%points%n + 64)
     integer :: n, k, rank, info
 
-    associate (points => form%condensed%points)
+    associate (points => condensed%points)
       n = points%n
       hold = hold_of(system)
       points%factor = points%corner + matmul(transpose(points%rows), points%way)

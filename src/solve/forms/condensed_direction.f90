@@ -14,6 +14,7 @@ module condensed_direction
   use condensed_springs, only: stay_in_place
   use rigid_bodies, only: spread_rigid
   use system_types, only: form_t, system_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: find_condensed_direction, find_modified_direction, respond, next_condensed_length, &
@@ -59,14 +60,14 @@ contains
     call form_element_matrices(system, form, x)
     associate (condensed => form%condensed)
       allocate (y(condensed%alive%n_live))
-      floor = max(wanted_accuracy(condensed, is_unsettled(system, form))*residual_size(condensed), &
-        1.0e-3_wp*system%scale%round_off)
+      floor = max(wanted_accuracy(condensed, is_unsettled(system%contact, &
+        form%condensed))*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
       arrived = .false.
-      if (is_worth_trying(system, form)) then
+      if (is_worth_trying(system, form%condensed)) then
         condensed%tangent%fresh = .false.
         call form_rest(system%contact, form%condensed)
-        call answer_points(system, form, most_stale, arrived)
-        if (arrived) call respond(system, form, 1.0_wp, floor, most_stale, y, arrived)
+        call answer_points(system, form%condensed, most_stale, arrived)
+        if (arrived) call respond(system%equations, form, 1.0_wp, floor, most_stale, y, arrived)
         if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, form, &
           x)
       end if
@@ -74,10 +75,10 @@ contains
         call factorise_tangent(system, form, x, outcome)
         if (outcome /= solver_done) return
         call form_rest(system%contact, form%condensed)
-        call answer_points(system, form, most_allowed(condensed), arrived)
+        call answer_points(system, form%condensed, most_allowed(condensed), arrived)
         if (.not. condensed%points%known .and. condensed%points%n > 0) outcome = solver_singular
         if (outcome /= solver_done) return
-        call respond(system, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+        call respond(system%equations, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. (arrived .or. has_trees(condensed)) .and. condensed%tangent%parts%iterated) &
           call answer_densely(system, form, x, floor, y, arrived, outcome)
         if (outcome /= solver_done) return
@@ -86,7 +87,7 @@ contains
     end associate
     call stay_in_place(form%condensed)
     call take_answer(system, form, y)
-    call begin_trials(system, form)
+    call begin_trials(system%u, form%trial)
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
@@ -100,7 +101,7 @@ contains
       share = merge(of_factor, of_modified, has_long_products(condensed))
       if (system%motion%active) share = coarsest
       floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
-      call respond(system, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+      call respond(system%equations, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
     end associate
@@ -165,7 +166,7 @@ contains
 
     form%condensed%alive%right = form%condensed%alive%right + force
     floor = max(inner_accuracy*residual_size(form%condensed), 1.0e-3_wp*system%scale%round_off)
-    call respond(system, form, 1.0_wp, floor, most_allowed(form%condensed), y, arrived)
+    call respond(system%equations, form, 1.0_wp, floor, most_allowed(form%condensed), y, arrived)
     call stay_in_place(form%condensed)
     call take_answer(system, form, y)
   end subroutine push_direction
@@ -193,24 +194,23 @@ contains
     call factorise_tangent(system, form, x, outcome)
     if (outcome /= solver_done) return
     call form_rest(system%contact, form%condensed)
-    call respond(system, form, 1.0_wp, floor, most_vectors, y, arrived)
+    call respond(system%equations, form, 1.0_wp, floor, most_vectors, y, arrived)
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
   !! element has changed its status; none, where blocks are cheaply formed anew. Damping or
   !! soft springs in it would hold the bodies for as long as it serves.
-  pure logical function is_worth_trying(system, form) result(worth)
+  pure logical function is_worth_trying(system, condensed) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer :: most
 
-    worth = allocated(form%condensed%tangent%status)
+    worth = allocated(condensed%tangent%status)
     if (.not. worth) return
     worth = system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
-    if (form%condensed%rigid%modes > 0) worth = worth .and. &
-      .not. any(abs(form%condensed%rigid%hold) > 0.0_wp)
+    if (condensed%rigid%modes > 0) worth = worth .and. .not. any(abs(condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
-    associate (tangent => form%condensed%tangent)
+    associate (tangent => condensed%tangent)
       most = max(most_changes, tangent%elements/changes_share)
       if (tangent%parts%iterated) most = 0
       worth = count(tangent%status /= system%contact%status) <= most
@@ -228,13 +228,13 @@ contains
 
   !> Many elements have changed their status since the tangent was factorised last, where blocks
   !! answer.
-  pure logical function is_unsettled(system, form) result(unsettled)
-    type(system_t), intent(in) :: system !! contact elements, condensed
-    type(form_t), intent(in) :: form !! condensed
+  pure logical function is_unsettled(contact, condensed) result(unsettled)
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
 
-    associate (tangent => form%condensed%tangent)
+    associate (tangent => condensed%tangent)
       unsettled = tangent%parts%iterated .and. allocated(tangent%status)
-      if (unsettled) unsettled = share_settled*count(tangent%status /= system%contact%status) &
+      if (unsettled) unsettled = share_settled*count(tangent%status /= contact%status) &
         > tangent%elements
     end associate
   end function is_unsettled
@@ -259,8 +259,8 @@ contains
   end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
-  subroutine respond(system, form, share, floor, most, y, arrived)
-    type(system_t), intent(in) :: system !! right given
+  subroutine respond(equations, form, share, floor, most, y, arrived)
+    integer, intent(in) :: equations !! free degrees of freedom
     type(form_t), intent(inout) :: form !! gets change of condensed
     real(wp), intent(in) :: share !! of the defect
     real(wp), intent(in) :: floor !! residual to arrive at [force]
@@ -272,7 +272,7 @@ contains
 
     call begin_cost(form%costs, cost_solve)
     associate (condensed => form%condensed)
-      if (condensed%points%n > 0) condensed%points%asked = form%right(system%equations + 1:)
+      if (condensed%points%n > 0) condensed%points%asked = form%right(equations + 1:)
       call push_live(condensed, condensed%alive%right, push)
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
@@ -323,7 +323,8 @@ contains
     logical :: arrived
 
     allocate (y(form%condensed%alive%n_live))
-    call respond(system, form, form%condensed%bulk%defect_share, huge(1.0_wp), 0, y, arrived)
+    call respond(system%equations, form, form%condensed%bulk%defect_share, huge(1.0_wp), 0, y, &
+      arrived)
     next = norm2(form%condensed%alive%change)
     if (form%condensed%points%n > 0) next = hypot(next, norm2(form%condensed%points%change))
   end function next_condensed_length

@@ -17,6 +17,7 @@ module condensed_form
   use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
   use linear_sums, only: can_do_without, form_sums
   use system_types, only: form_t, form_kind_t, system_t, state_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: condensed_form_of_system
@@ -76,9 +77,9 @@ contains
     real(wp), intent(in) :: time !! end of the increment
     logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
 
-    call begin_condensed(model, system, form, state, time)
+    call begin_condensed(model, system%equation, form, state, time)
     if (system%touch%stage == touch_waits) call expect_without_friction(form%condensed%outer)
-    call place_starts(system, form)
+    call place_starts(system%body, system%position, form%condensed)
     foretold = form%condensed%outer%foretold
   end subroutine begin
 
@@ -133,7 +134,7 @@ contains
     type(form_t), intent(inout) :: form !! trial given; gets condensed
     real(wp), intent(in) :: length !! share of du
 
-    call take_live(system, form)
+    call take_live(system%u, form)
     call take_rigid(system%u, system%tools)
     call take_condensed(form%condensed, length)
   end subroutine take_trial
@@ -188,7 +189,7 @@ contains
     associate (unused => system)
     end associate
     du = 0.0_wp
-    call answer_force(form%condensed, form%costs, live_forces(form, force), change)
+    call answer_force(form%condensed, form%costs, live_forces(form%condensed, force), change)
     associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
@@ -204,22 +205,20 @@ contains
     type(form_t), intent(inout) :: form !! gets solution, du, force_change
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
 
-    call push_direction(system, form, live_forces(form, force))
+    call push_direction(system, form, live_forces(form%condensed, force))
   end subroutine push
 
   !> Values at the live candidates.
-  pure function live_forces(form, field) result(values)
-    type(form_t), intent(in) :: form !! condensed
+  pure function live_forces(condensed, field) result(values)
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(form%condensed%alive%n_live)
+    real(wp) :: values(condensed%alive%n_live)
     integer :: i
 
-    associate (condensed => form%condensed)
-      do i = 1, condensed%alive%n_live
-        values(i) = field(condensed%direction(condensed%alive%live(i)), &
-          condensed%node(condensed%alive%live(i)))
-      end do
-    end associate
+    do i = 1, condensed%alive%n_live
+      values(i) = field(condensed%direction(condensed%alive%live(i)), &
+        condensed%node(condensed%alive%live(i)))
+    end do
   end function live_forces
 
   !> Norm of the residual: live candidates, defects, rigid motions, rigid bodies with a point.
@@ -255,15 +254,15 @@ contains
     type(form_t), intent(inout) :: form !! condensed
     real(wp), intent(out) :: terms !! [force]
 
-    terms = hypot(norm2(form%condensed%bulk%force), carried_terms(system, form))
+    terms = hypot(norm2(form%condensed%bulk%force), carried_terms(system, form%condensed))
   end subroutine sum_terms
 
   !> Terms of the defects of bodies that their motions carry along: they are differences of
   !! displacements, and there need be no force beside which these are small; and their loads, which
   !! may be in balance by themselves.
-  pure real(wp) function carried_terms(system, form) result(terms)
+  pure real(wp) function carried_terms(system, condensed) result(terms)
     type(system_t), intent(in) :: system !! u given
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp) :: farthest, load
     integer :: i
 
@@ -273,7 +272,7 @@ contains
       if (system%body%node_body(i) == 0) cycle
       if (.not. system%body%floating(system%body%node_body(i))) cycle
       load = hypot(load, norm2(system%loads%external(:, i)))
-      if (form%condensed%candidate(i)) farthest = max(farthest, maxval(abs(system%u(:, i))))
+      if (condensed%candidate(i)) farthest = max(farthest, maxval(abs(system%u(:, i))))
     end do
     terms = hypot(system%scale%stiffest*farthest, load)
   end function carried_terms
@@ -329,7 +328,7 @@ contains
     logical, intent(out) :: whole !! they are those of the state
 
     whole = .true.
-    if (can_do_without(model, system, form)) then
+    if (can_do_without(model, system, form%condensed)) then
       whole = system%inside_due
       if (.not. form%condensed%sums%known) call form_sums(model, system, form)
     end if

@@ -8,7 +8,7 @@ module condensed_springs
   use condensed_motions, only: add_live_motion, push_live
   use contact_sums, only: take_shares, add_leading
   use supports, only: soft_springs, unresisted
-  use system_types, only: form_t, system_t
+  use system_types, only: system_t
   implicit none
   private
   public :: hold_motions, stay_in_place
@@ -16,13 +16,13 @@ module condensed_springs
 contains
 
   !> Stiffness against the rigid motions, in the unit of the compliance.
-  subroutine hold_motions(system, form)
+  subroutine hold_motions(system, condensed)
     type(system_t), intent(in) :: system !! columns of contact, regularised, damping
-    type(form_t), intent(inout) :: form !! gets hold
-    real(wp) :: stiffness(form%condensed%rigid%modes)
+    type(condensed_t), intent(inout) :: condensed !! gets hold
+    real(wp) :: stiffness(condensed%rigid%modes)
     integer :: b, j
 
-    associate (condensed => form%condensed, n => form%condensed%rigid%modes)
+    associate (n => condensed%rigid%modes)
       condensed%rigid%hold = reshape([real(wp) ::], [n, n], [0.0_wp])
       if (allocated(condensed%rigid%loose)) deallocate (condensed%rigid%loose)
       stiffness = 0.0_wp

@@ -9,8 +9,8 @@ module condensed_system
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
-    load_candidates, free_condensed
+  use condensed_bodies, only: condense_all, begin_influence, number_candidates, load_candidates, &
+    free_condensed
   use compliance_products, only: find_equilibrium, fit_motions, spread_product
   use live_candidates, only: widen_live, number_live, forget_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
@@ -18,6 +18,8 @@ module condensed_system
   use live_values, only: clear_values
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
   use system_types, only: form_t, system_t, state_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t, positions_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
@@ -45,7 +47,7 @@ contains
         allocate (condensed%candidate(model%mesh%nodes), source=.false.)
         call foresee_candidates(model, system, condensed%candidate)
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
-        share = dense_share(model, system, form)
+        share = dense_share(model, system, form%condensed)
         if (if_cheaper .and. share > 1.0_wp) then
           why = 'its dense systems would cost more than sparse factors'
           form%condensed = condensed_t()
@@ -80,9 +82,9 @@ contains
   end subroutine start_condensed
 
   !> Displacements of the candidates without contact at `time`.
-  subroutine begin_condensed(model, system, form, state, time)
+  subroutine begin_condensed(model, equation, form, state, time)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! gets loaded
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
@@ -95,46 +97,42 @@ contains
         call forget_live(condensed)
       end if
       call load_candidates(condensed)
-      if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, form, state)
+      if (.not. allocated(condensed%outer%kept)) call find_forces(model, equation, form, state)
     end associate
   end subroutine begin_condensed
 
   !> Contact forces of a state that another solver has found: what balances the bulk.
-  subroutine find_forces(model, system, form, state)
+  subroutine find_forces(model, equation, form, state)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! gets kept of condensed
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
-    real(wp) :: force(3, model%mesh%nodes)
-    integer :: i, k
+    real(wp) :: force(3, model%mesh%nodes), bulk(3, model%mesh%nodes)
 
     allocate (form%condensed%outer%kept(3, model%mesh%nodes), source=0.0_wp)
     if (all(abs(state%u) <= 0.0_wp)) return
-    call multiply(form%whole%bulk_matrix, state%u, system%inner%bulk_force)
+    call multiply(form%whole%bulk_matrix, state%u, bulk)
     call conditions_at(model, state%time, force=force)
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (system%equation(k, i) == 0 .or. .not. form%condensed%candidate(i)) cycle
-        form%condensed%outer%kept(k, i) = force(k, i) - system%inner%bulk_force(k, i)
-      end do
-    end do
+    where (equation > 0 .and. spread(form%condensed%candidate, 1, 3)) &
+      form%condensed%outer%kept = force - bulk
   end subroutine find_forces
 
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
   !! state under the new loads. Other nodes are carried along, and so are bodies that contact holds:
   !! under the new loads those forces are no equilibrium of theirs.
-  subroutine place_starts(system, form)
-    type(system_t), intent(inout) :: system !! left and carried given; both are completed
-    type(form_t), intent(inout) :: form !! gets condensed
-    real(wp) :: u(form%condensed%n)
+  subroutine place_starts(body, position, condensed)
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(positions_t), intent(inout) :: position !! left and carried given; both are completed
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
+    real(wp) :: u(condensed%n)
     integer :: i
 
-    where (form%condensed%place == 0) system%position%left = system%position%carried
-    call restore_forces(form%condensed)
-    call find_equilibrium(form%condensed, u)
-    do i = 1, form%condensed%n
-      if (system%body%floating(system%body%node_body(form%condensed%node(i)))) cycle
-      system%position%carried(form%condensed%direction(i), form%condensed%node(i)) = u(i)
+    where (condensed%place == 0) position%left = position%carried
+    call restore_forces(condensed)
+    call find_equilibrium(condensed, u)
+    do i = 1, condensed%n
+      if (body%floating(body%node_body(condensed%node(i)))) cycle
+      position%carried(condensed%direction(i), condensed%node(i)) = u(i)
     end do
   end subroutine place_starts
 
@@ -259,7 +257,7 @@ contains
       call widen_live(condensed, live)
       if (all(live .eqv. condensed%alive%live_place > 0) .and. &
         allocated(condensed%alive%right)) then
-        call place_elements(system, form)
+        call place_elements(system%contact, form)
         return
       end if
       form%du = 0.0_wp
@@ -270,21 +268,20 @@ contains
       condensed%alive%live_place(condensed%alive%live) = [(i, i=1, condensed%alive%n_live)]
       call number_live(condensed)
       call measure_defects(condensed)
-      call place_elements(system, form)
+      call place_elements(system%contact, form)
     end associate
   end subroutine couple_condensed
 
   !> Live candidates of the contact elements; the factor of their matrices cannot serve any more
   !! where these are others. With multipliers it serves no longer either: their last digits are
   !! those of the tangent.
-  subroutine place_elements(system, form)
-    type(system_t), intent(in) :: system !! contact elements
+  subroutine place_elements(contact, form)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(form_t), intent(inout) :: form !! gets dofs of the tangent
     integer, allocatable :: before(:, :)
     integer :: k, a, i, n
 
-    associate (condensed => form%condensed, tangent => form%condensed%tangent, &
-               list => system%contact)
+    associate (condensed => form%condensed, tangent => form%condensed%tangent, list => contact)
       tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) &
         allocate (tangent%dofs(3*size(list%ix, 1), list%n), source=-1)
@@ -315,7 +312,7 @@ contains
 
     associate (condensed => form%condensed)
       before = condensed%candidate
-      call mark_touched(system, form)
+      call mark_touched(system, form%condensed)
       if (all(before .eqv. condensed%candidate)) return
       call add_ring(condensed%facets, condensed%candidate)
       call add_ring(condensed%facets, condensed%candidate)
@@ -369,7 +366,7 @@ contains
       do k = 1, size(condensed%outer%factors)
         form%du = form%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do
-      call add_motion_inside(system, form, condensed%rigid%alpha, form%du)
+      call add_motion_inside(system, form%condensed, condensed%rigid%alpha, form%du)
       call refresh_candidates(system, form)
       where (system%equation > 0 .and. condensed%place == 0) system%u = form%du
       form%du = 0.0_wp

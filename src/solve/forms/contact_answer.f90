@@ -10,7 +10,7 @@ module contact_answer
   use contact_tangent, only: apply_rest, answer_leading
   use contact_sums, only: add_leading
   use condensed_border, only: add_points, factorise_points
-  use system_types, only: form_t, system_t
+  use system_types, only: system_t
   implicit none
   private
   public :: answer, answer_points, apply_compliance, most_vectors, inner_accuracy
@@ -39,18 +39,18 @@ contains
 
   !> What contact and the bodies answer to each unknown of rigid bodies: forces c of contact at the
   !! live candidates, which these do not know of.
-  subroutine answer_points(system, form, most, arrived)
+  subroutine answer_points(system, condensed, most, arrived)
     type(system_t), intent(in) :: system !! tangent at hand
-    type(form_t), intent(inout) :: form !! gets answers of points
+    type(condensed_t), intent(inout) :: condensed !! gets answers of points
     integer, intent(in) :: most !! iterations allowed
     logical, intent(out) :: arrived !! all answers are there
-    real(wp), dimension(form%condensed%alive%n_live) :: c, b, y, t
-    real(wp) :: push(form%condensed%rigid%modes)
+    real(wp), dimension(condensed%alive%n_live) :: c, b, y, t
+    real(wp) :: push(condensed%rigid%modes)
     integer :: k
     logical :: found
 
     arrived = .true.
-    associate (condensed => form%condensed, points => form%condensed%points)
+    associate (points => condensed%points)
       if (points%n == 0 .or. points%known) return
       points%force = points%columns
       points%way = points%columns
@@ -67,7 +67,7 @@ contains
         if (condensed%rigid%modes > 0) points%motion(:, k) = condensed%rigid%alpha_next
         arrived = arrived .and. found
       end do
-      if (arrived) call factorise_points(system, form, arrived)
+      if (arrived) call factorise_points(system, condensed, arrived)
     end associate
   end subroutine answer_points
 

@@ -12,7 +12,7 @@ module contact_blocks
   use block_inverses, only: factorise_block, is_of, body_of
   use contact_sums, only: add_leading
   use sparse_columns, only: take_product, add_product
-  use system_types, only: form_t, system_t
+  use system_types, only: system_t
   implicit none
   private
   public :: form_blocks, precondition
@@ -33,16 +33,16 @@ contains
 
   !> Divides the rows of the tangent, inverts the blocks and finds what they make of the rigid
   !! motions.
-  subroutine form_blocks(system, form, x, outcome)
+  subroutine form_blocks(system, condensed, x, outcome)
     type(system_t), intent(in) :: system !! columns of its tangent given
-    type(form_t), intent(inout) :: form !! gets blocks
+    type(condensed_t), intent(inout) :: condensed !! gets blocks
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! done or singular
-    real(wp) :: place(3, form%condensed%tangent%rank)
+    real(wp) :: place(3, condensed%tangent%rank)
     integer :: k, worst
 
-    associate (condensed => form%condensed, tangent => form%condensed%tangent)
-      call place_rows(system, form, x, place)
+    associate (tangent => condensed%tangent)
+      call place_rows(system%u, condensed, x, place)
       call divide_rows(tangent, place, system%scale%facet_size)
       call part_motions(condensed)
       if (allocated(tangent%parts%weight)) deallocate (tangent%parts%weight)

@@ -23,12 +23,12 @@ contains
     type(form_t), intent(inout) :: form !! gets matrix
 
     if (system%contact%n == 0) then
-      form%whole%apart = stays_apart(system, form)
+      form%whole%apart = stays_apart(system, form%whole)
       call fit_pattern(system, form)
       return
     end if
-    if ((form%whole%apart .eqv. stays_apart(system, form)) .and. graph_holds(form%whole%matrix, &
-      system%contact)) then
+    if ((form%whole%apart .eqv. stays_apart(system, form%whole)) .and. &
+      graph_holds(form%whole%matrix, system%contact)) then
       call fit_pattern(system, form)
     else
       call build_coupled(system, form)
@@ -38,13 +38,12 @@ contains
 
   !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
   !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
-  pure logical function stays_apart(system, form) result(apart)
+  pure logical function stays_apart(system, whole) result(apart)
     type(system_t), intent(in) :: system !! the system
-    type(form_t), intent(in) :: form !! matrix
+    type(whole_form_t), intent(in) :: whole !! matrix
 
-    apart = form%whole%solver%by_nodes .and. system%bulk%linear .and. &
-      .not. any(system%body%floating) .and. system%tools%unknowns == 0 .and. &
-      .not. allocated(system%loads%pressed)
+    apart = whole%solver%by_nodes .and. system%bulk%linear .and. .not. any(system%body%floating) &
+      .and. system%tools%unknowns == 0 .and. .not. allocated(system%loads%pressed)
   end function stays_apart
 
   !> Builds the pattern of the free equations if it is not there.
@@ -82,7 +81,7 @@ contains
     type(form_t), intent(inout) :: form !! gets matrix
 
     call begin_cost(form%costs, cost_pattern)
-    form%whole%apart = stays_apart(system, form)
+    form%whole%apart = stays_apart(system, form%whole)
     if (form%whole%apart) then
       if (allocated(form%whole%bulk_place)) deallocate (form%whole%bulk_place)
       call build_graph(form%whole%bulk_matrix%nodes, system%contact, form%whole%matrix)

@@ -8,7 +8,7 @@ module contact_groups
   use contact_sums, only: live_roots, is_loose
   use sparse_columns, only: append, number_new
   use part_halving, only: split_part
-  use system_types, only: form_t, system_t
+  use system_types, only: system_t
   implicit none
   private
   public :: peel_groups, list_columns, place_elements, place_rows
@@ -21,16 +21,16 @@ module contact_groups
 contains
 
   !> Where the closed elements are: the mean of their nodes.
-  pure subroutine place_elements(system, form, x, place)
+  pure subroutine place_elements(system, condensed, x, place)
     type(system_t), intent(in) :: system !! contact elements, closed ones listed
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: place(:, :) !! (3, elements) [length]
     integer :: e
 
     associate (list => system%contact)
-      do e = 1, form%condensed%tangent%elements
-        associate (k => form%condensed%tangent%element(e))
+      do e = 1, condensed%tangent%elements
+        associate (k => condensed%tangent%element(e))
           associate (nodes => list%ix(1:list%nel(k), k))
             place(:, e) = sum(x(:, nodes) + system%u(:, nodes), 2)/real(size(nodes), wp)
           end associate
@@ -40,19 +40,19 @@ contains
   end subroutine place_elements
 
   !> Where each row is: at the node where its column of U is largest.
-  pure subroutine place_rows(system, form, x, place)
-    type(system_t), intent(in) :: system !! columns of the tangent of condensed
-    type(form_t), intent(in) :: form !! condensed
+  pure subroutine place_rows(u, condensed, x, place)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: place(:, :) !! (3, rank) [length]
     integer :: j
 
-    associate (condensed => form%condensed, lead => form%condensed%tangent%lead)
+    associate (lead => condensed%tangent%lead)
       do j = 1, lead%n
         associate (row => lead%row(lead%start(j):lead%start(j + 1) - 1))
           associate (node => condensed%node(condensed%alive%live(row(maxloc( &
             abs(lead%value(lead%start(j):lead%start(j + 1) - 1)), 1)))))
-            place(:, j) = x(:, node) + system%u(:, node)
+            place(:, j) = x(:, node) + u(:, node)
           end associate
         end associate
       end do

@@ -55,9 +55,9 @@ contains
       if (form%condensed%active) then
         call form%kind%gather(system, form, 0.0_wp, .false.)
       else
-        call turn_elements(system, form)
+        call turn_elements(system, form%condensed)
       end if
-      call list_elements(system, tangent)
+      call list_elements(system%contact, tangent)
       call form_points(system, form)
       call clear_dead(tangent)
     end associate
@@ -66,16 +66,16 @@ contains
   end subroutine form_element_matrices
 
   !> Lists the closed elements.
-  subroutine list_elements(system, tangent)
-    type(system_t), intent(in) :: system !! contact elements, condensed
+  subroutine list_elements(contact, tangent)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(contact_tangent_t), intent(inout) :: tangent !! gets element
     integer :: k
 
-    if (.not. allocated(tangent%element)) allocate (tangent%element(system%contact%n))
+    if (.not. allocated(tangent%element)) allocate (tangent%element(contact%n))
     tangent%elements = 0
-    do k = 1, system%contact%n
-      if (system%contact%routine(k) == routine_none) cycle
-      if (system%contact%status(k) <= status_open) cycle
+    do k = 1, contact%n
+      if (contact%routine(k) == routine_none) cycle
+      if (contact%status(k) <= status_open) cycle
       tangent%elements = tangent%elements + 1
       tangent%element(tangent%elements) = k
     end do
@@ -111,11 +111,11 @@ contains
       call gather_compliance(condensed)
       tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
-      call choose_columns(system, form, x)
-      if (tangent%modes > 0) call hold_motions(system, form)
+      call choose_columns(system, form%condensed, x)
+      if (tangent%modes > 0) call hold_motions(system, form%condensed)
       call complete_compliance(condensed)
       if (tangent%parts%iterated) then
-        call form_blocks(system, form, x, outcome)
+        call form_blocks(system, form%condensed, x, outcome)
       else
         call form_double(condensed, tangent, info)
         if (info /= 0) outcome = solver_singular
@@ -127,14 +127,14 @@ contains
 
   !> The leading columns of contact: those of its points, of the nodes it touches, or, where both
   !! are many or a compliance is no matrix, for blocks.
-  subroutine choose_columns(system, form, x)
+  subroutine choose_columns(system, condensed, x)
     type(system_t), intent(in) :: system !! the problem
-    type(form_t), intent(inout) :: form !! gets columns in tangent of condensed
+    type(condensed_t), intent(inout) :: condensed !! gets columns in tangent of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp) :: place(3, form%condensed%tangent%elements)
+    real(wp) :: place(3, condensed%tangent%elements)
     integer :: many
 
-    associate (condensed => form%condensed, tangent => form%condensed%tangent)
+    associate (tangent => condensed%tangent)
       many = merge(0, tangent%parts%most_dense, has_trees(condensed))
       tangent%whole = is_better_whole(condensed, tangent)
       tangent%parts%grouped = .false.
@@ -144,7 +144,7 @@ contains
         tangent%parts%grouped = tangent%rank > most_whole*many .and. .not. tangent%parts%dense
         tangent%parts%iterated = tangent%parts%grouped
         if (.not. tangent%parts%grouped) return
-        call place_elements(system, form, x, place)
+        call place_elements(system, condensed, x, place)
         call peel_groups(condensed, tangent, place, negligible)
       else
         call peel_elements(condensed, tangent)

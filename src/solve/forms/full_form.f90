@@ -55,7 +55,7 @@ contains
     type(form_t), intent(inout) :: form !! gets matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call form_bulk_force(x, system, form)
+    call form_bulk_force(x, system, form%whole)
   end subroutine find_bulk_force
 
   !> Internal force at the trial.
@@ -109,7 +109,8 @@ contains
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
     call form_tangent(system, form, x)
-    form%whole%solver%accuracy = needed_accuracy(system, form, form%wish%share, form%wish%wanted)
+    form%whole%solver%accuracy = needed_accuracy(system, form%right, form%wish%share, &
+      form%wish%wanted)
     call factorise_bordered(system, form, form%whole%symmetric .and. .not. form%wish%indefinite, &
       outcome)
     if (outcome == solver_done) call solve_bordered(system, form, form%right, form%solution, &
@@ -165,7 +166,7 @@ contains
     integer :: outcome
 
     du = 0.0_wp
-    call solve_bordered(system, form, free_values(system, form, force), form%next, outcome)
+    call solve_bordered(system, form, free_values(system, form%right, force), form%next, outcome)
     if (outcome /= solver_done) return
     call spread_values(system%equation, form%next, du)
     call spread_rigid(system, form%next, du)
@@ -179,7 +180,7 @@ contains
     real(wp) :: change(size(form%solution))
     integer :: outcome
 
-    call solve_bordered(system, form, free_values(system, form, force), change, outcome)
+    call solve_bordered(system, form, free_values(system, form%right, force), change, outcome)
     if (outcome /= solver_done) return
     form%solution = form%solution + change
     call spread_direction(system, form)
@@ -187,11 +188,11 @@ contains
   end subroutine push
 
   !> Values at the free degrees of freedom.
-  pure function free_values(system, form, field) result(values)
+  pure function free_values(system, right, field) result(values)
     type(system_t), intent(in) :: system !! equations
-    type(form_t), intent(in) :: form !! as it stands
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) right-hand side [force]
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(size(form%right))
+    real(wp) :: values(size(right))
 
     call gather_values(system%equation, field, values)
     values(system%equations + 1:) = rigid_values(system, field)
@@ -243,7 +244,7 @@ contains
     integer :: i
 
     norm = 0.0_wp
-    share = damping_shares(system)
+    share = damping_shares(system%body)
     do i = 1, size(form%du, 2)
       if (system%body%node_body(i) == 0) cycle
       norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &

@@ -9,6 +9,7 @@ module linear_sums
   use sum_shares, only: sums_pay, begin_shares, form_shares, find_unit
   use sum_rows, only: count_sums, reaction_rows, load_rows
   use system_types, only: form_t, system_t, state_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: can_do_without, form_sums, take_sums, mapped_sums, direct_works
@@ -17,13 +18,13 @@ contains
 
   !> Rows and audit of an increment that has converged can do without displacements inside, and
   !! enough end times of the run do for the sums to pay.
-  logical function can_do_without(model, system, form) result(can)
+  logical function can_do_without(model, system, condensed) result(can)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! converged
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer :: i
 
-    can = form%condensed%active .and. .not. form%condensed%surface_only
+    can = condensed%active .and. .not. condensed%surface_only
     if (can) can = sums_pay(model, system)
     if (.not. can) return
     if (allocated(system%contact%reached)) then
@@ -50,8 +51,8 @@ contains
     real(wp) :: unit(3, model%mesh%nodes), force(3, model%mesh%nodes)
     integer :: row, k, last(2), b
 
-    call begin_shares(model, system, form)
-    last = reaction_rows(model, system)
+    call begin_shares(model, system, form%condensed)
+    last = reaction_rows(model, system%body)
     associate (sums => form%condensed%sums, loads => model%conditions%loads)
       sums%by_load = spread(spread(0.0_wp, 1, count_sums(model, system)), 2, size(loads))
       do k = 1, size(loads)
@@ -59,7 +60,7 @@ contains
         call add_force(loads(k), 1.0_wp, force)
         if (all(abs(force) <= 0.0_wp)) cycle
         do row = 1, last(2)
-          call find_unit(model, system, form, row, unit)
+          call find_unit(model, system, form%condensed, row, unit)
           sums%by_load(row, k) = -sum(unit*force)
         end do
       end do
@@ -74,19 +75,19 @@ contains
   end subroutine form_sums
 
   !> The sums of a converged state from its contact forces.
-  subroutine take_sums(form)
-    type(form_t), intent(inout) :: form !! gets the values of sums
+  subroutine take_sums(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets the values of sums
 
-    call mapped_sums(form, form%condensed%sums%value)
+    call mapped_sums(condensed, condensed%sums%value)
   end subroutine take_sums
 
   !> The same, handed out.
-  subroutine mapped_sums(form, value)
-    type(form_t), intent(in) :: form !! forces of contact, factors of the loads
+  subroutine mapped_sums(condensed, value)
+    type(condensed_t), intent(in) :: condensed !! forces of contact, factors of the loads
     real(wp), intent(out) :: value(:) !! (sums)
     integer :: b
 
-    associate (sums => form%condensed%sums, condensed => form%condensed)
+    associate (sums => condensed%sums)
       value = matmul(sums%by_load, condensed%outer%factors)
       do b = 1, size(sums%bodies)
         associate (body => condensed%bodies(b))
@@ -98,19 +99,19 @@ contains
   end subroutine mapped_sums
 
   !> Works of loads and reactions from displacements inside and reactions, each added up.
-  subroutine direct_works(model, system, form, state, value)
+  subroutine direct_works(model, system, condensed, state, value)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! equations, bodies
-    type(form_t), intent(in) :: form !! condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(state_t), intent(in) :: state !! converged, displacements inside known
     real(wp), intent(inout) :: value(:) !! (sums) gets the works
     real(wp) :: unit(3, model%mesh%nodes)
     integer :: row, r(2), l(2)
 
-    r = reaction_rows(model, system)
+    r = reaction_rows(model, system%body)
     l = load_rows(model, system)
     do row = r(1), l(2)
-      call find_unit(model, system, form, row, unit)
+      call find_unit(model, system, condensed, row, unit)
       if (row <= r(2)) then
         value(row) = sum(unit*state%reaction)
       else

@@ -55,11 +55,11 @@ contains
   end subroutine take_condensed
 
   !> A direction has been found: its trials begin where the iterate is.
-  subroutine begin_trials(system, form)
-    type(system_t), intent(in) :: system !! u given
-    type(form_t), intent(inout) :: form !! gets trial
+  subroutine begin_trials(u, trial)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), intent(inout) :: trial(:, :) !! (3, nodes) displacements of the trial [length]
 
-    form%trial = system%u
+    trial = u
   end subroutine begin_trials
 
   !> A trial along the direction.
@@ -81,15 +81,15 @@ contains
   end subroutine try_live
 
   !> Moves the iterate to the trial.
-  subroutine take_live(system, form)
-    type(system_t), intent(inout) :: system !! trial given; u is moved
+  subroutine take_live(u, form)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     type(form_t), intent(in) :: form !! condensed, trial
     integer :: i
 
     associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
-          system%u(condensed%direction(c), condensed%node(c)) = &
+          u(condensed%direction(c), condensed%node(c)) = &
             form%trial(condensed%direction(c), condensed%node(c))
         end associate
       end do

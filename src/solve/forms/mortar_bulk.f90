@@ -204,10 +204,10 @@ contains
       end do
     end associate
     where (system%equation == 0) form%du = 0.0_wp
-    call bulk_step(x, system, form, share)
+    call bulk_step(x, system%bulk, system%u, system%inner, form%du, share)
     system%u = system%u + share*form%du
     system%inner%linearised = .false.
-    call form_bulk_force(x, system, form)
+    call form_bulk_force(x, system, form%whole)
     call form%kind%gather(system, form, 0.0_wp, .false.)
     call note_forces(system, form)
   end subroutine move_bulk
@@ -220,7 +220,7 @@ contains
     real(wp), intent(in) :: wanted !! residual over forces
 
     call estimate_round_off(system, form, x)
-    balanced = residual_norm(system, form) <= max(wanted*force_scale(system), &
+    balanced = residual_norm(system, form) <= max(wanted*force_scale(system%scale), &
       round_off_factor*system%scale%round_off)
   end function is_in_balance
 

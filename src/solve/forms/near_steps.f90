@@ -32,7 +32,7 @@ contains
     answered = .false.
     if (.not. (system%motion%active .or. any(system%body%floating))) then
       call begin_direction(system, form, x)
-      if (is_worth_trying(system, form)) then
+      if (is_worth_trying(system, form%condensed)) then
         form%condensed%tangent%fresh = .false.
         call form_rest(system%contact, form%condensed)
         call solve_pass(system, form, form%right, most_stale, form%solution, answered)

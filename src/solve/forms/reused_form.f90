@@ -70,7 +70,7 @@ contains
     real(wp), intent(out) :: norm !! the forces [force]
 
     known = form%kind%near
-    norm = force_scale(system)
+    norm = force_scale(system%scale)
   end subroutine foresee
 
   !> The start strains the bulk so much that the factors are not near.
@@ -94,10 +94,10 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    call find_bulk_direction(system, form, x, force_scale(system)*form%wish%wanted, outcome)
+    call find_bulk_direction(system, form, x, force_scale(system%scale)*form%wish%wanted, outcome)
     if (outcome == solver_singular .and. system%body%settled) then
       system%body%settled = .false.
-      call find_bulk_direction(system, form, x, force_scale(system)*form%wish%wanted, outcome)
+      call find_bulk_direction(system, form, x, force_scale(system%scale)*form%wish%wanted, outcome)
     end if
     if (outcome == solver_done) call spread_direction(system, form)
   end subroutine find_direction
@@ -128,7 +128,7 @@ contains
     logical, intent(in) :: linearised !! its tangent was the bulk's of the last state
 
     may = .not. linearised
-    if (form%kind%near) may = may .and. start <= close_share*force_scale(system)
+    if (form%kind%near) may = may .and. start <= close_share*force_scale(system%scale)
   end function may_repeat
 
   !> A step with near factors ages them.
@@ -164,7 +164,7 @@ contains
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
     real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
 
-    call solve_by_passes(system, form, free_values(system, form, force), form%next)
+    call solve_by_passes(system, form, free_values(system, form%right, force), form%next)
     call spread_values(system%equation, form%next, du)
     call spread_rigid(system, form%next, du)
   end subroutine answer
@@ -176,7 +176,7 @@ contains
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
     real(wp) :: change(size(form%solution))
 
-    call solve_by_passes(system, form, free_values(system, form, force), change)
+    call solve_by_passes(system, form, free_values(system, form%right, force), change)
     form%solution = form%solution + change
     call spread_direction(system, form)
   end subroutine push

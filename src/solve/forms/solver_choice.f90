@@ -67,7 +67,7 @@ contains
 
     if (form%whole%choice /= solver_unknown) return
     if (any(model%pairs%mortar)) form%whole%asked = solver_reduced
-    scene = look_at(model, system, form)
+    scene = look_at(model, system, form%whole)
     call decide(scene, form%whole%asked, form%whole%choice, reason)
     call take_bulk_back(model%mesh%x, system, form)
     condensed = form%condensed%active .or. form%condensed%preconditions
@@ -103,21 +103,21 @@ contains
     asked = form%whole%forced
     if (asked == solver_unknown) asked = merge(solver_reduced, form%whole%asked, &
       any(model%pairs%mortar))
-    call decide(look_at(model, system, form), asked, choice, reason)
+    call decide(look_at(model, system, form%whole), asked, choice, reason)
   end function foresee_choice
 
   !> AUTO takes the whole system where the condensed form has found no way (doc/theory, "Choice of
   !! the solver"). A study needs its factors.
-  subroutine decline_condensed(system, form, declined)
-    type(system_t), intent(in) :: system !! its choice is open again
-    type(form_t), intent(inout) :: form !! gets matrix
+  subroutine decline_condensed(whole_factors, whole, declined)
+    logical, intent(in) :: whole_factors !! a study asks the factors after the run: none is shrunk
+    type(whole_form_t), intent(inout) :: whole !! gets matrix
     logical, intent(out) :: declined !! there is another choice
 
-    declined = form%whole%asked == solver_auto .and. form%whole%choice == solver_reduced .and. &
-      .not. system%whole_factors
+    declined = whole%asked == solver_auto .and. whole%choice == solver_reduced .and. &
+      .not. whole_factors
     if (.not. declined) return
-    form%whole%declined = .true.
-    form%whole%choice = solver_unknown
+    whole%declined = .true.
+    whole%choice = solver_unknown
   end subroutine decline_condensed
 
   !> The next end time begins: the condensed form may serve again.
@@ -130,16 +130,16 @@ contains
   end subroutine retry_condensed
 
   !> The facts of a scene.
-  function look_at(model, system, form) result(scene)
+  function look_at(model, system, whole) result(scene)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! equations and bodies
-    type(form_t), intent(in) :: form !! matrix
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(scene_t) :: scene
     logical :: on_surface(size(system%equation, 2))
     integer :: k
 
     scene%ranks = count_ranks()
-    scene%declined = form%whole%declined
+    scene%declined = whole%declined
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%floating)

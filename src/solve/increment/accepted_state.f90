@@ -39,7 +39,7 @@ contains
     if (state%whole) then
       call take_reactions(model, system, state)
     else
-      call take_sums(form)
+      call take_sums(form%condensed)
     end if
     system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
@@ -53,14 +53,14 @@ contains
     type(system_t), intent(inout) :: system !! bulk_force given
     type(state_t), intent(inout) :: state !! gets reaction, rigid
 
-    call take_pressure_force(model%mesh%x, system)
+    call take_pressure_force(model%mesh%x, system%u, system%loads, system%inner)
     where (system%equation == 0)
       state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
     else where
       state%reaction = 0.0_wp
     end where
     call spring_reactions(system, state)
-    call keep_rigid(system, state)
+    call keep_rigid(system%tools, state)
   end subroutine take_reactions
 
   !> Displacements inside and reactions of the state, where they have been spared.

@@ -53,7 +53,7 @@ contains
     else
       call solve_from_start(model, system, form, time, now, monitor, progress)
     end if
-    if (attempt%path == path_damping) call let_free(system, form)
+    if (attempt%path == path_damping) call let_free(system%body, form)
   end subroutine try_attempt
 
   !> Where an attempt starts; those with a continuation of their own start where the bodies were.
@@ -84,12 +84,12 @@ contains
     type(settings_t), intent(out) :: patient !! those with damping
     real(wp) :: norm
 
-    call leave_bodies(system)
+    call leave_bodies(system%u, system%position, system%tools)
     call start_here(model, system, form, norm)
     patient = settings
     patient%most_solves = pseudo_patience*settings%most_solves
     patient%most_passes = pseudo_patience*settings%most_passes
-    system%body%first_damping = max(force_scale(system), &
+    system%body%first_damping = max(force_scale(system%scale), &
       norm)/(damping_way*max(system%scale%facet_size, tiny(1.0_wp)))
   end subroutine begin_drift
 end module attempt_paths

@@ -24,6 +24,7 @@ module increment_start
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: positions_t, rigid_part_t
   implicit none
   private
   public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
@@ -48,10 +49,10 @@ contains
     call begin_softening(model, system)
     if (associated(form%kind%begin_anew)) call form%kind%begin_anew(form)
     if (carried) then
-      call take_along(system)
+      call take_along(system%u, system%position, system%tools)
       call monitor%detail('  no convergence: once more with the predictor')
     else
-      call leave_bodies(system)
+      call leave_bodies(system%u, system%position, system%tools)
       call monitor%detail('  no convergence: once more without the predictor')
     end if
     call start_here(model, system, form, norm)
@@ -100,7 +101,7 @@ contains
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
     call begin_softening(model, system)
-    call start_bulk(state%u, system, form)
+    call start_bulk(state%u, system%bulk, system%inner, form)
     system%position%left = system%u
     system%position%carried = system%u
     if (system%bulk%linear) then
@@ -130,7 +131,7 @@ contains
 
     call prepare_start(model, system, form, state, time, taken)
     if (taken) then
-      call take_along(system)
+      call take_along(system%u, system%position, system%tools)
       call start_here(model, system, form, norm)
       return
     end if
@@ -161,9 +162,9 @@ contains
     if (.not. taken) return
     system%position%x_alone = system%position%x_ahead
     system%position%x_ahead = model%mesh%x + system%position%carried
-    call leave_bodies(system)
+    call leave_bodies(system%u, system%position, system%tools)
     call start_here(model, system, form, norm_left)
-    call take_along(system)
+    call take_along(system%u, system%position, system%tools)
     call start_here(model, system, form, norm)
     taken = norm <= most_energy_growth*norm_left
     if (taken) return
@@ -173,19 +174,23 @@ contains
   end subroutine start_carried
 
   !> Starts from where the bodies were.
-  pure subroutine leave_bodies(system)
-    type(system_t), intent(inout) :: system !! left given; u
+  pure subroutine leave_bodies(u, position, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
 
-    system%u = system%position%left
-    system%tools%ahead = .false.
+    u = position%left
+    tools%ahead = .false.
   end subroutine leave_bodies
 
   !> Starts from where the predictor takes the bodies.
-  pure subroutine take_along(system)
-    type(system_t), intent(inout) :: system !! carried given; u
+  pure subroutine take_along(u, position, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
 
-    system%u = system%position%carried
-    system%tools%ahead = .true.
+    u = position%carried
+    tools%ahead = .true.
   end subroutine take_along
 
   !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
@@ -203,22 +208,22 @@ contains
     carried_first = moved .and. .not. any(system%body%floating) .and. associated(form%kind%foresee)
     norm_carried = huge(1.0_wp)
     if (carried_first) then
-      call leave_bodies(system)
+      call leave_bodies(system%u, system%position, system%tools)
       call form%kind%foresee(system, form, carried_first, least_left)
     end if
     if (carried_first) then
-      call take_along(system)
+      call take_along(system%u, system%position, system%tools)
       call start_here(model, system, form, norm_carried)
       if (norm_carried <= least_left) return
     end if
-    call leave_bodies(system)
+    call leave_bodies(system%u, system%position, system%tools)
     call start_here(model, system, form, norm_left)
     if (.not. moved) return
     if (.not. (carried_first .and. norm_left < norm_carried)) then
-      call take_along(system)
+      call take_along(system%u, system%position, system%tools)
       call start_here(model, system, form, norm_carried)
       if (norm_carried <= norm_left) return
-      call leave_bodies(system)
+      call leave_bodies(system%u, system%position, system%tools)
       call start_here(model, system, form, norm_left)
     end if
     call monitor%detail('  rigid body predictor rejected: it does not lower the residual')

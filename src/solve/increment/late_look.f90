@@ -9,12 +9,13 @@ module late_look
   use contact_apexes, only: touches
   use contact_targets, only: follow_apexes
   use contact_system, only: load_contact
-  use condensed_types, only: seen_t
+  use condensed_types, only: seen_t, condensed_t
   use linear_sums, only: can_do_without
   use loads, only: load_factors
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: positions_t
   use text, only: count_noun
   implicit none
   private
@@ -65,9 +66,9 @@ contains
     known = .false.
     if (form%kind%knows_inside .or. form%condensed%surface_only) return
     if (.not. system%inside_due) then
-      if (can_do_without(model, system, form)) then
+      if (can_do_without(model, system, form%condensed)) then
         call form%kind%refresh(system, form)
-        call follow_nodes(model, system, form, state, strayed)
+        call follow_nodes(model, system, form%condensed, state, strayed)
         if (.not. strayed) return
       end if
     end if
@@ -78,7 +79,7 @@ contains
     watched = form%condensed%candidate .or. .not. any(system%equation > 0, 1)
     n = 0
     do k = 1, size(model%pairs)
-      call count_missed(model%pairs(k), system, settings%extrapolation, watched, n)
+      call count_missed(model%pairs(k), system%position, settings%extrapolation, watched, n)
     end do
     missed = n > 0
     if (.not. missed) return
@@ -102,16 +103,16 @@ contains
 
   !> Nodes may have strayed from where they were seen last, other than by the rigid ways that were
   !! foreseen: candidates have, or the loads alone would take another node there.
-  subroutine follow_nodes(model, system, form, state, strayed)
+  subroutine follow_nodes(model, system, condensed, state, strayed)
     type(model_t), intent(in) :: model !! loads, mesh
     type(system_t), intent(in) :: system !! converged
-    type(form_t), intent(inout) :: form !! gets carried of seen
+    type(condensed_t), intent(inout) :: condensed !! gets carried of seen
     type(state_t), intent(in) :: state !! last converged state
     logical, intent(out) :: strayed !! by more than a share of a facet
     real(wp) :: way(3, size(system%u, 2)), squared
     integer :: i, k
 
-    associate (outer => form%condensed%outer, seen => form%condensed%outer%seen)
+    associate (outer => condensed%outer, seen => condensed%outer%seen)
       if (.not. allocated(seen%u)) call see(load_factors(model, state%time), state%u, seen)
       seen%carried = seen%carried + system%position%x_ahead - model%mesh%x - state%u
       way = -seen%carried
@@ -120,8 +121,7 @@ contains
       end do
       strayed = .false.
       do i = 1, size(way, 2)
-        if (form%condensed%candidate(i)) way(:, i) = system%u(:, i) - seen%u(:, i) &
-          - seen%carried(:, i)
+        if (condensed%candidate(i)) way(:, i) = system%u(:, i) - seen%u(:, i) - seen%carried(:, i)
         squared = 0.0_wp
         do k = 1, 3
           if (system%equation(k, i) > 0) squared = squared + way(k, i)**2
@@ -134,9 +134,9 @@ contains
 
   !> Counts the points of a pair that touch and have a node that was not watched. If there are none
   !! the pair stays as it was.
-  subroutine count_missed(pair, system, tolerance, watched, n)
+  subroutine count_missed(pair, position, tolerance, watched, n)
     type(pair_t), intent(inout) :: pair !! the pair; its working points may change
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions
     real(wp), intent(in) :: tolerance !! how far an apex may lie outside its target
     logical, intent(in) :: watched(:) !! (nodes) of the condensed form, or prescribed
     integer, intent(inout) :: n !! grows by them
@@ -147,14 +147,14 @@ contains
       pair%points%point_nodes)) return
     before = pair%history
     changes = 0
-    call follow_apexes(pair, system%position%x_old, system%position%x_now, tolerance, changes)
+    call follow_apexes(pair, position%x_old, position%x_now, tolerance, changes)
     found = 0
     do p = 1, count_points(pair)
       associate (target => pair%history%new(p)%target)
         if (target == 0) cycle
         if (all(watched(pair%points%point_nodes(:, p))) .and. &
           all(watched(pair%surface%facets(:, target)))) cycle
-        if (touches(pair, system%position%x_now, p, target)) found = found + 1
+        if (touches(pair, position%x_now, p, target)) found = found + 1
       end associate
     end do
     n = n + found

@@ -8,6 +8,7 @@ module lost_contact
   use rigid_bodies, only: is_carried
   use body_measures, only: rigid_turns, has_small_strain, farthest_turn
   use system_types, only: form_t, system_t
+  use system_parts, only: bodies_t, rigid_part_t
   implicit none
   private
   public :: has_thrown, has_turned, find_turned
@@ -37,7 +38,7 @@ contains
     call find_free(system, free)
     if (.not. any(free)) return
     call find_ways(model, system, way, others)
-    call find_others(model, system, free, way, others)
+    call find_others(model, system%body, free, way, others)
     thrown = any(free .and. way > max(gone_along*others, off_share*system%scale%facet_size))
   end function has_thrown
 
@@ -100,7 +101,7 @@ contains
         load(b) = load(b) + norm2(system%loads%external(:, i))
       end associate
     end do
-    where (load <= 0.0_wp) load = force_scale(system)
+    where (load <= 0.0_wp) load = force_scale(system%scale)
     free(0) = .false.
     free(1:) = system%body%floating .and. force(1:) <= no_force*load(1:)
   end subroutine find_free
@@ -128,32 +129,32 @@ contains
       associate (b => system%body%node_body(i))
         move = model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)
         way(b) = max(way(b), norm2(move))
-        if (.not. is_loose(system, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
+        if (.not. is_loose(system%tools, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
           system%equation(:, i) == 0)))
       end associate
     end do
   end subroutine find_ways
 
   !> The node goes along with a rigid body that is free in all its motions: nothing prescribes it.
-  pure logical function is_loose(system, node) result(loose)
-    type(system_t), intent(in) :: system !! rigid bodies
+  pure logical function is_loose(tools, node) result(loose)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: node !! the node
 
-    loose = is_carried(system%tools, node)
-    if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
+    loose = is_carried(tools, node)
+    if (loose) loose = size(tools%rigid(tools%carried_by(node))%unknown) == 6
   end function is_loose
 
   !> How far what pairs join a floating body with has gone: neighbours, and across floating ones
   !! theirs. Bodies that nothing acts on may have flown themselves: what is prescribed of them
   !! counts alone.
-  pure subroutine find_others(model, system, free, way, others)
+  pure subroutine find_others(model, body, free, way, others)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! bodies
+    type(bodies_t), intent(in) :: body !! bodies
     logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
     real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
     real(wp), intent(inout) :: others(0:) !! (0:bodies) in: prescribed ways; out: the farthest of
     !! these and of the ways of the others [length]
-    real(wp) :: before(0:system%body%bodies)
+    real(wp) :: before(0:body%bodies)
     integer :: k
 
     before = -1.0_wp
@@ -162,16 +163,16 @@ contains
       do k = 1, size(model%pairs)
         associate (slaves => model%pairs(k)%points%point_nodes(1, :), &
           masters => model%pairs(k)%surface%facets(1, :))
-          call pass_on(system, free, way, masters, slaves, others)
-          call pass_on(system, free, way, slaves, masters, others)
+          call pass_on(body, free, way, masters, slaves, others)
+          call pass_on(body, free, way, slaves, masters, others)
         end associate
       end do
     end do
   end subroutine find_others
 
   !> The farthest way at one side of a pair, told to the bodies at the other.
-  pure subroutine pass_on(system, free, way, from, to, others)
-    type(system_t), intent(in) :: system !! bodies
+  pure subroutine pass_on(body, free, way, from, to, others)
+    type(bodies_t), intent(in) :: body !! bodies
     logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
     real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
     integer, intent(in) :: from(:), to(:) !! nodes of the two sides
@@ -181,14 +182,14 @@ contains
 
     farthest = 0.0_wp
     do i = 1, size(from)
-      associate (b => system%body%node_body(from(i)))
+      associate (b => body%node_body(from(i)))
         if (.not. free(b)) farthest = max(farthest, way(b))
         if (b == 0) cycle
-        if (system%body%floating(b)) farthest = max(farthest, others(b))
+        if (body%floating(b)) farthest = max(farthest, others(b))
       end associate
     end do
     do i = 1, size(to)
-      associate (b => system%body%node_body(to(i)))
+      associate (b => body%node_body(to(i)))
         others(b) = max(others(b), farthest)
       end associate
     end do

@@ -50,7 +50,7 @@ contains
     cut_at = system%position%x_ahead
     form%kind%near = .false.
     call return_bulk(model%mesh%x, system, form)
-    call form_bulk_force(model%mesh%x, system, form)
+    call form_bulk_force(model%mesh%x, system, form%whole)
     call load_contact(model, system)
     call couple_condensed(system, form)
     do round = 1, most_rounds

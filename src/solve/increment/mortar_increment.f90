@@ -188,8 +188,7 @@ contains
     left = norm2([norm2(system%contact_force - before), what_is_left(unknowns, &
       local_forces(model, unknowns), motions_of(system, form))])
     allowed = max(max(settings%asked(tol_residual), law_share*sqrt(settings%asked(tol_energy))) &
-      *max(norm2(before), force_scale(system)), &
-      round_off(unknowns))
+      *max(norm2(before), force_scale(system%scale)), round_off(unknowns))
   end subroutine return_to_balance
 
   !> Moves the bodies to where forces of the multipliers, loads and rigid motions put them.
@@ -229,7 +228,8 @@ contains
     call take_result(model, unknowns, result, progress, system%costs)
     associate (modes => form%condensed%rigid%modes)
       form%condensed%rigid%alpha = result%motion(:modes)
-      if (system%tools%unknowns > 0) call move_rigid(system, form, result%motion(modes + 1:))
+      if (system%tools%unknowns > 0) call move_rigid(system%equations, system%u, system%tools, &
+        form, result%motion(modes + 1:))
     end associate
     call move_bodies(model, system, form)
     if (result%steps > 0) call tell(time, result, progress, monitor)

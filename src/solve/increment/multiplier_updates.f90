@@ -36,7 +36,7 @@ contains
     call solve_with_targets(model, system, form, time, now, monitor, progress)
     rested = progress%outcome == outcome_converged
     if (.not. rested) return
-    if (system%body%first_damping > 0.0_wp) call let_free(system, form)
+    if (system%body%first_damping > 0.0_wp) call let_free(system%body, form)
     now = settings
     now%most_solves = progress%solves + settings%most_solves
     call come_along(model, system, form, time, now, monitor, progress)

@@ -52,7 +52,7 @@ contains
     type(settings_t) :: now
     real(wp) :: norm
 
-    call leave_bodies(system)
+    call leave_bodies(system%u, system%position, system%tools)
     call start_here(model, system, form, norm)
     call forget_expected(system%contact)
     model%pairs%history%raise = min(1.0_wp, softest/max(model%pairs%points%relative, softest))

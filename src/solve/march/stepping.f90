@@ -21,6 +21,7 @@ module stepping
   use signals, only: stop_exit_code
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: advance, raise_outcome
@@ -78,7 +79,7 @@ contains
         if (state%whole) &
           call try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
         if (allocated(error)) return
-        call begin_whole(system, done, flies, part, least)
+        call begin_whole(system%equations, done, flies, part, least)
         part = min(part, longest)
         cycle
       end if
@@ -126,7 +127,7 @@ contains
     if (.not. flies) then
       if (cannot_rest(model, system, time)) return
     end if
-    call decline_condensed(system, form, otherwise)
+    call decline_condensed(system%whole_factors, form%whole, otherwise)
     if (.not. otherwise) return
     call move_alloc(error, first)
     system%body%in_vain = 0
@@ -142,8 +143,8 @@ contains
 
   !> The first increment of the whole system: as long as can be, with a body in flight as long as
   !! would have come after the last one that was accepted.
-  pure subroutine begin_whole(system, done, flies, part, least)
-    type(system_t), intent(in) :: system !! equations
+  pure subroutine begin_whole(equations, done, flies, part, least)
+    integer, intent(in) :: equations !! free degrees of freedom
     integer, intent(in) :: done !! parts that are solved
     logical, intent(in) :: flies !! a body is in flight
     integer, intent(out) :: part !! parts of the increment
@@ -156,7 +157,7 @@ contains
     end do
     if (flies) then
       if (done > 0) part = iand(done, -done)
-    else if (system%equations > few_equations) then
+    else if (equations > few_equations) then
       least = max(1, part/finest_whole)
     end if
   end subroutine begin_whole
@@ -220,17 +221,16 @@ contains
   end function reason
 
   !> What is said of a factor that does not fit.
-  function memory_message(system, form) result(t)
-    type(system_t), intent(in) :: system !! the system with its solver
-    type(form_t), intent(in) :: form !! matrix
+  function memory_message(equations, whole) result(t)
+    integer, intent(in) :: equations !! free degrees of freedom
+    type(whole_form_t), intent(in) :: whole !! matrix
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
 
-    t = 'error: out of memory while factorising '//to_text(system%equations)//' equations'
-    if (form%whole%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
-      to_text(system%equations)//' equations: it takes about '// &
-      memory_text(form%whole%solver%wanted)//', and '//memory_text(form%whole%solver%left)// &
-      ' are left'
+    t = 'error: out of memory while factorising '//to_text(equations)//' equations'
+    if (whole%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
+      to_text(equations)//' equations: it takes about '// &
+      memory_text(whole%solver%wanted)//', and '//memory_text(whole%solver%left)// ' are left'
     t = t//nl//'  use a coarser mesh or a machine with more memory'
   end function memory_message
 
@@ -250,7 +250,7 @@ contains
 
     select case (progress%outcome)
     case (outcome_memory)
-      call raise(error, exit_resources, memory_message(system, form))
+      call raise(error, exit_resources, memory_message(system%equations, form%whole))
     case (outcome_stopped)
       call raise(error, stop_exit_code(), 'stopped by a signal at time ' &
         //to_text(state%time, 12)//'; the files end with the last converged increment')

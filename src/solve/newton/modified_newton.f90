@@ -140,7 +140,7 @@ contains
     real(wp) :: share
 
     call form%kind%repeat_direction(system, form, found)
-    if (found) call bulk_step(model%mesh%x, system, form, share)
+    if (found) call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, share)
     if (found) found = share >= 1.0_wp
     if (found .and. system%motion%active) call add_multipliers(model, system, form, .false.)
   end subroutine find_direction_again

@@ -16,6 +16,7 @@ module multiplier_motion
   use rigid_bodies, only: nothing_deforms
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: form_t, system_t
+  use system_parts, only: contact_places_t
   use multiplier_types, only: multiplier_motion_t
   implicit none
   private
@@ -88,19 +89,19 @@ contains
     call find_fields(model, system, at)
     call form_tangent_of_forces(model%mesh%x, system, anew)
     associate (motion => system%motion)
-      call project(model, system, at, motion%force, lack)
+      call project(model, system%place, at, motion%force, lack)
       lack = lack - motion%start
       floor = wanted_share(norm2(lack), motion%rest)
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
-      call project(model, system, at, change_of_forces(system, form%du), image, little*floor)
+      call project(model, system%place, at, change_of_forces(system, form%du), image, little*floor)
       call begin_gmres(reshape(lack + image, [size(lack)]), multiplier_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
       do while (iteration%rest > floor .and. iteration%n < multiplier_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
         call form%kind%answer(system, form, -forces_of_way(system), du)
-        call project(model, system, at, change_of_forces(system, du), image, share)
+        call project(model, system%place, at, change_of_forces(system, du), image, share)
         call add_image(reshape((1.0_wp + own_share)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
@@ -177,9 +178,9 @@ contains
   end subroutine form_tangent_of_forces
 
   !> P f: the multipliers that forces ask for.
-  subroutine project(model, system, at, force, multiplier, share)
+  subroutine project(model, place, at, force, multiplier, share)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! contact elements
+    type(contact_places_t), intent(in) :: place !! contact elements
     type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
     real(wp), intent(in) :: force(:, :) !! (3, n) in the targets' frames [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
@@ -190,7 +191,7 @@ contains
     multiplier = force
     do k = 1, size(model%pairs)
       if (.not. has_field(model%pairs(k))) cycle
-      associate (first => system%place%first_point(k) - 1, n => size(at(k)%near))
+      associate (first => place%first_point(k) - 1, n => size(at(k)%near))
         allocate (global(3, n), field(3, n), source=0.0_wp)
         do p = 1, n
           if (at(k)%near(p)) global(:, p) = product_of(at(k)%frame(:, :, p), force(:, first + p))
@@ -270,7 +271,7 @@ contains
 
     call find_fields(model, system, at)
     call form_tangent_of_forces(model%mesh%x, system, .true.)
-    call project(model, system, at, system%motion%force, multiplier)
+    call project(model, system%place, at, system%motion%force, multiplier)
     fit = .true.
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle

@@ -158,7 +158,8 @@ contains
     modified%bends = any(model%pairs%smooth) .and. is_close(progress)
     if (progress%energy_met .or. .not. may_go_on(system, form, progress)) return
     call follow_modified_newton(model, system, form, settings%asked(tol_energy), &
-      progress%first_energy, progress%energy, force_scale(system)*wanted_share(settings), modified)
+      progress%first_energy, progress%energy, force_scale(system%scale)*wanted_share(settings), &
+      modified)
     progress%energy_met = modified%energy_met .or. modified%settled
     progress%halved = progress%halved .and. .not. modified%settled .and. &
       residual_norm(system, form) <= 0.5_wp*progress%start
@@ -179,7 +180,7 @@ contains
     if (.not. renewed) return
     call form_residual(system, form, x)
     sound = residual_norm(system, form) <= max(round_off_factor*system%scale%round_off, &
-      max(true_share, settings%asked(tol_residual))*force_scale(system))
+      max(true_share, settings%asked(tol_residual))*force_scale(system%scale))
   end subroutine look_again
 
   !> One iteration: tangent, factor, direction, line search.
@@ -228,14 +229,15 @@ contains
       form%kind%defect_energy(form)
     progress%most_energy = max(progress%energy, progress%most_energy)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, settings%first_energy)
-    call bulk_step(model%mesh%x, system, form, longest)
+    call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
       return
     end if
-    longest = min(longest, longest_step(system, form))
+    longest = min(longest, longest_step(system, form%du))
     call choose_length(system, form, model%mesh%x, settings, progress, longest, length)
-    if (system%body%damping > 0.0_wp) call count_way(system, form, length)
+    if (system%body%damping > 0.0_wp) call count_way(system%equations, system%body, form%solution, &
+      length)
     if (associated(form%kind%judge_step)) call form%kind%judge_step(system, form, progress%start, &
       length)
     progress%linearised = system%inner%linearised
@@ -288,12 +290,13 @@ contains
     report%time = time
     report%number = progress%solves
     report%residual = residual_norm(system, form)
-    forces = force_scale(system)
+    forces = force_scale(system%scale)
     if (forces > 0.0_wp) report%relative = report%residual/forces
     call form%kind%find_worst(system, form, report%worst_node, report%worst_dof, report%worst)
     report%energy = progress%energy
     report%step_length = length
-    call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
+    call contact_counts(system%contact, 1, system%contact%n, report%active, report%stick, &
+      report%slip)
     report%solver = form%kind%name
     if (report%solver == '') report%solver = solver_name(form%whole%solver)
     report%seconds = seconds

@@ -100,10 +100,9 @@ contains
     else if (settings%coarsely) then
       converged = system%body%settled .and. progress%energy <= coarse_energy*progress%first_energy
     else if (settings%asked(tol_residual) > 0.0_wp) then
-      converged = norm <= settings%asked(tol_residual)*force_scale(system)
+      converged = norm <= settings%asked(tol_residual)*force_scale(system%scale)
     else
-      converged = progress%energy_met .and. &
-        norm <= wanted_share(settings)*force_scale(system)
+      converged = progress%energy_met .and. norm <= wanted_share(settings)*force_scale(system%scale)
     end if
   end function is_converged
 
@@ -122,7 +121,7 @@ contains
     if (.not. (is_round_off .and. associated(form%kind%largest_resultant))) return
     is_round_off = form%kind%largest_resultant(system, form) <= round_off_factor* &
       max(system%scale%round_off, min(resultant_factor*system%scale%round_off, &
-      resultant_share*force_scale(system)))
+      resultant_share*force_scale(system%scale)))
   end function is_round_off
 
   !> The last step was so small that hardly any point will close, open, stick or slip any more.

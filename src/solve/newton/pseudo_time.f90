@@ -4,6 +4,7 @@ module pseudo_time
   use kinds, only: wp
   use residuals, only: form_residual, residual_norm, round_off_factor
   use system_types, only: form_t, system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: begin_pseudo_time, settle_pseudo_step, count_way, let_free, pseudo_patience
@@ -111,14 +112,15 @@ contains
   end function is_lost
 
   !> Counts an iteration of the step that is under way.
-  subroutine count_way(system, form, length)
-    type(system_t), intent(inout) :: system !! solution given; gets pseudo_step
-    type(form_t), intent(in) :: form !! solution
+  subroutine count_way(equations, body, solution, length)
+    integer, intent(in) :: equations !! free degrees of freedom
+    type(bodies_t), intent(inout) :: body !! connected bodies; gets pseudo_step
+    real(wp), intent(in) :: solution(:) !! (equations+unknowns) solution [length]
     real(wp), intent(in) :: length !! share of the direction that was gone
 
-    associate (pseudo_step => system%body%pseudo_step)
+    associate (pseudo_step => body%pseudo_step)
       pseudo_step%iterations = pseudo_step%iterations + 1
-      pseudo_step%gone = pseudo_step%gone + length*form%solution(system%equations + 1:)
+      pseudo_step%gone = pseudo_step%gone + length*solution(equations + 1:)
     end associate
   end subroutine count_way
 
@@ -153,14 +155,14 @@ contains
   end subroutine return_to_center
 
   !> No damping any more.
-  subroutine let_free(system, form)
-    type(system_t), intent(inout) :: system !! damping is forgotten
+  subroutine let_free(body, form)
+    type(bodies_t), intent(inout) :: body !! damping is forgotten
     type(form_t), intent(inout) :: form !! its kind
 
-    system%body%damping = 0.0_wp
-    system%body%first_damping = 0.0_wp
-    system%body%step_done = .false.
-    system%body%pseudo_step%iterations = 0
+    body%damping = 0.0_wp
+    body%first_damping = 0.0_wp
+    body%step_done = .false.
+    body%pseudo_step%iterations = 0
     if (associated(form%kind%forget_damping)) call form%kind%forget_damping(form)
   end subroutine let_free
 
@@ -168,19 +170,19 @@ contains
   pure real(wp) function way_of(system) result(way)
     type(system_t), intent(in) :: system !! u, pseudo_step
 
-    way = farthest(system, system%u - system%body%pseudo_step%u)
+    way = farthest(system%body, system%u - system%body%pseudo_step%u)
   end function way_of
 
   !> The largest component of a displacement of floating bodies.
-  pure real(wp) function farthest(system, move) result(most)
-    type(system_t), intent(in) :: system !! bodies
+  pure real(wp) function farthest(body, move) result(most)
+    type(bodies_t), intent(in) :: body !! bodies
     real(wp), intent(in) :: move(:, :) !! (3, nodes) [length]
     integer :: i
 
     most = 0.0_wp
     do i = 1, size(move, 2)
-      if (system%body%node_body(i) == 0) cycle
-      if (system%body%floating(system%body%node_body(i))) most = max(most, maxval(abs(move(:, i))))
+      if (body%node_body(i) == 0) cycle
+      if (body%floating(body%node_body(i))) most = max(most, maxval(abs(move(:, i))))
     end do
   end function farthest
 end module pseudo_time

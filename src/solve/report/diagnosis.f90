@@ -22,6 +22,7 @@ module diagnosis
   use remedies, only: what_may_help, settle_advice
   use force_scales, only: in_bounds
   use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t
   implicit none
   private
   public :: explain_failure, unrestrained_bodies, has_flying_body, check_supports, body_name, &
@@ -60,7 +61,7 @@ contains
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//settle_advice(model, cut)
     if (progress%outcome == outcome_inverted) then
-      text = text//nl//inverted_element(model, system)
+      text = text//nl//inverted_element(model, system%inner)
       return
     end if
     if (progress%outcome == outcome_gaps) then
@@ -138,13 +139,13 @@ contains
   end function turned_lines
 
   !> Which element has no answer, and what may help.
-  function inverted_element(model, system) result(t)
+  function inverted_element(model, inner) result(t)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(in) :: system !! inverted given
+    type(bulk_answer_t), intent(in) :: inner !! inverted given
     character(:), allocatable :: t
 
-    t = '  element '//to_text(system%inner%inverted)//' of material '//to_text(model%materials( &
-      model%element_material(system%inner%inverted))%number)//': look at loads, units and mesh '// &
+    t = '  element '//to_text(inner%inverted)//' of material '//to_text(model%materials( &
+      model%element_material(inner%inverted))%number)//': look at loads, units and mesh '// &
       'there;'//new_line('a')//'  a regular mesh, MEAN or another law may bear more'
   end function inverted_element
 

@@ -6,6 +6,7 @@ module held_bodies
   use model_types, only: model_t
   use rigid_motions, only: motions_t, find_motions, choose_fixings
   use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: fix_held, fixing_reaction, supports_of
@@ -58,12 +59,12 @@ contains
   end function fixing_reaction
 
   !> Forces of the supports without those of fixings.
-  pure function supports_of(system, reaction) result(force)
-    type(system_t), intent(in) :: system !! fixed, if the deck holds anything
+  pure function supports_of(body, reaction) result(force)
+    type(bodies_t), intent(in) :: body !! fixed, if the deck holds anything
     real(wp), intent(in) :: reaction(:, :) !! (3, nodes) of all restrained directions [force]
     real(wp) :: force(3, size(reaction, 2))
 
     force = reaction
-    if (allocated(system%body%fixed)) where (system%body%fixed) force = 0.0_wp
+    if (allocated(body%fixed)) where (body%fixed) force = 0.0_wp
   end function supports_of
 end module held_bodies

@@ -18,6 +18,7 @@ module bulk_term
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t, whole_form_t
   implicit none
   private
   public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
@@ -137,13 +138,13 @@ contains
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
       system%inner%inverted, form%whole%bulk_matrix)
     if (system%inner%inverted == 0) then
-      call add_volume_forces(x, u, system)
-      call add_volume_tangent(x, u, system, form)
+      call add_volume_forces(x, u, system%bulk, system%volumes, system%inner)
+      call add_volume_tangent(x, u, system, form%whole)
     end if
     call add_springs(system%loads, form%whole)
     call add_spring_forces(u, system%loads, system%inner)
     call add_pressure_tangent(x, u, system%loads, form%whole)
-    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
+    call add_pressure_force(x, u, -1.0_wp, system%loads, system%inner%bulk_force)
     call end_cost(form%costs, cost_bulk_tangent)
   end subroutine add_tangent_at
 
@@ -160,20 +161,22 @@ contains
     force = 0.0_wp
     form%whole%bulk_matrix%val = 0.0_wp
     call assemble_bulk(system%bulk, x, u, force, energy, inverted, form%whole%bulk_matrix)
-    if (inverted == 0) call add_volume_tangent(x, u, system, form)
+    if (inverted == 0) call add_volume_tangent(x, u, system, form%whole)
     call add_springs(system%loads, form%whole)
     call end_cost(form%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
 
   !> Start of an increment. Factors that precede an iteration are near to begin with.
-  subroutine start_bulk(u, system, form)
+  subroutine start_bulk(u, bulk, inner, form)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
-    type(system_t), intent(inout) :: system !! gets u_start; linearised, near of condensed
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets u_start; linearised, near
+    !! of condensed
     type(form_t), intent(inout) :: form !! gets its kind
 
-    if (system%bulk%linear) return
-    system%inner%u_start = u
-    system%inner%linearised = .false.
+    if (bulk%linear) return
+    inner%u_start = u
+    inner%linearised = .false.
     form%kind%near = form%kind%inexact
   end subroutine start_bulk
 
@@ -205,15 +208,15 @@ contains
   end function jumps_little
 
   !> Internal force at u.
-  subroutine form_bulk_force(x, system, form)
+  subroutine form_bulk_force(x, system, whole)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(whole_form_t), intent(inout) :: whole !! gets matrix
 
     if (system%bulk%linear) then
-      call multiply_bulk(system%equation, form%whole, system%u, system%inner%bulk_force)
+      call multiply_bulk(system%equation, whole, system%u, system%inner%bulk_force)
     else if (system%inner%linearised) then
-      call multiply_bulk(system%equation, form%whole, system%u - system%inner%u_start, &
+      call multiply_bulk(system%equation, whole, system%u - system%inner%u_start, &
         system%inner%bulk_force)
       system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
@@ -245,9 +248,10 @@ contains
     system%inner%bulk_force = 0.0_wp
     call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
       system%inner%inverted)
-    if (system%inner%inverted == 0) call add_volume_forces(x, u, system)
+    if (system%inner%inverted == 0) call add_volume_forces(x, u, system%bulk, system%volumes, &
+      system%inner)
     call add_spring_forces(u, system%loads, system%inner)
-    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
+    call add_pressure_force(x, u, -1.0_wp, system%loads, system%inner%bulk_force)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.
@@ -271,25 +275,27 @@ contains
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment
   !! starts from the last state and is taken as a whole or not at all.
-  subroutine bulk_step(x, system, form, share)
+  subroutine bulk_step(x, bulk, u, inner, du, share)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! du given; gets inverted if the share is short
-    type(form_t), intent(in) :: form !! du
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets inverted if the share is
+    !! short
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp), intent(out) :: share !! at most 1; 0: the first step cannot be taken
     real(wp) :: reach
     integer :: worst
 
     share = 1.0_wp
-    if (system%bulk%linear) return
-    system%inner%inverted = 0
-    if (system%inner%linearised) then
-      call find_bulk_reach(system%bulk, x, system%inner%u_start, system%u + form%du - &
-        system%inner%u_start, reach, worst)
+    if (bulk%linear) return
+    inner%inverted = 0
+    if (inner%linearised) then
+      call find_bulk_reach(bulk, x, inner%u_start, u + du - inner%u_start, reach, worst)
       if (safe_share*reach < 1.0_wp) share = 0.0_wp
     else
-      call find_bulk_reach(system%bulk, x, system%u, form%du, reach, worst)
+      call find_bulk_reach(bulk, x, u, du, reach, worst)
       share = min(1.0_wp, safe_share*reach)
     end if
-    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) system%inner%inverted = worst
+    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) inner%inverted = worst
   end subroutine bulk_step
 end module bulk_term

@@ -159,16 +159,16 @@ contains
   end subroutine place_nodes
 
   !> Numbers of closed, sticking and slipping points of a range of contact elements.
-  pure subroutine contact_counts(system, first, last, active, stick, slip)
-    type(system_t), intent(in) :: system !! the system
+  pure subroutine contact_counts(contact, first, last, active, stick, slip)
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer, intent(in) :: first !! first element
     integer, intent(in) :: last !! last element
     integer, intent(out) :: active !! closed
     integer, intent(out) :: stick !! sticking
     integer, intent(out) :: slip !! slipping
 
-    stick = count(system%contact%status(first:last) == status_stick)
-    slip = count(system%contact%status(first:last) == status_slip)
+    stick = count(contact%status(first:last) == status_stick)
+    slip = count(contact%status(first:last) == status_slip)
     active = stick + slip
   end subroutine contact_counts
 

@@ -15,6 +15,7 @@ module expected_status
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
   use system_types, only: system_t
+  use system_parts, only: positions_t
   implicit none
   private
   public :: expect_status, forget_expected, turned_back
@@ -52,7 +53,7 @@ contains
           cycle
         end if
         system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
-        system%contact%keep(element) = closing_shift(model%pairs(k), p, system)
+        system%contact%keep(element) = closing_shift(model%pairs(k), p, system%position)
       end do
     end do
   end subroutine expect_status
@@ -145,15 +146,15 @@ contains
   end function turned_back
 
   !> The shift along the normal that gives a point the gap that it had at the last converged state.
-  pure real(wp) function closing_shift(pair, p, system) result(shift)
+  pure real(wp) function closing_shift(pair, p, position) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! a point that was closed
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions
     real(wp) :: now, before
 
     shift = 0.0_wp
-    now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-    before = shifted_gap(pair, p, pair%history%old(p), system%position%x_old)
+    now = shifted_gap(pair, p, pair%history%new(p), position%x_now)
+    before = shifted_gap(pair, p, pair%history%old(p), position%x_old)
     if (before < 0.0_wp) shift = before - now
   end function closing_shift
 

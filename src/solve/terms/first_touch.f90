@@ -21,6 +21,7 @@ module first_touch
   use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
     first_target, meet, touch_t
   use system_types, only: system_t, state_t
+  use system_parts, only: bodies_t, positions_t
   implicit none
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
@@ -96,21 +97,21 @@ contains
     barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
     call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-      old_place(pair, system, p), xi, gap)
+      old_place(pair, system%position, p), xi, gap)
     barely = abs(gap) <= least
   end function barely
 
   !> Where a point was at the last converged state.
-  pure function old_place(pair, system, p) result(y)
+  pure function old_place(pair, position, p) result(y)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions
     integer, intent(in) :: p !! the point
     real(wp) :: y(3)
 
     if (pair%segmented) then
-      y = cell_position(pair, pair%history%old_cells(p), system%position%x_old)
+      y = cell_position(pair, pair%history%old_cells(p), position%x_old)
     else
-      y = point_position(pair, p, system%position%x_old)
+      y = point_position(pair, p, position%x_old)
     end if
   end function old_place
 
@@ -130,7 +131,7 @@ contains
     system%touch%empty(:, k) = .true.
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%status <= status_open) cycle
-      body = old_body(pair, system, p)
+      body = old_body(pair, system%body, p)
       system%touch%empty(body, k) = .false.
       if (pair%history%old(p)%status == status_stick) sticks(body) = .true.
       if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
@@ -152,12 +153,12 @@ contains
 
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%target == 0) cycle
-      body = old_body(pair, system, p)
+      body = old_body(pair, system%body, p)
       associate (facet => pair%surface%facets(:, pair%history%old(p)%target))
         if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
         if (.not. any(system%body%floating([body, system%body%node_body(facet(1))]))) cycle
         call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-          old_place(pair, system, p), xi, gap)
+          old_place(pair, system%position, p), xi, gap)
         if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
           system%touch%waits(body, k) = .false.
         end if
@@ -166,16 +167,15 @@ contains
   end subroutine mark_resting
 
   !> The slave body of a point of the last converged state.
-  pure integer function old_body(pair, system, p) result(body)
+  pure integer function old_body(pair, body, p) result(number)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! bodies of the nodes
+    type(bodies_t), intent(in) :: body !! bodies of the nodes
     integer, intent(in) :: p !! the point
 
     if (pair%segmented) then
-      body = system%body%node_body(pair%points%slave_facets(1, max(1, &
-        pair%history%old_cells(p)%slave)))
+      number = body%node_body(pair%points%slave_facets(1, max(1, pair%history%old_cells(p)%slave)))
     else
-      body = system%body%node_body(pair%points%point_nodes(1, p))
+      number = body%node_body(pair%points%point_nodes(1, p))
     end if
   end function old_body
 

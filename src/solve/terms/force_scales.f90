@@ -4,6 +4,7 @@ module force_scales
   use kinds, only: wp
   use vectors, only: find_extent, norm_of, largest_of
   use system_types, only: form_t, system_t, state_t
+  use system_parts, only: scales_t
   use rigid_bodies, only: rigid_loads
   implicit none
   private
@@ -50,21 +51,21 @@ contains
 
   !> Residual over right-hand side that an iterative solver may leave of a direction: as many
   !! digits as Newton can use, a tenth of the square of the share that the last iteration left.
-  pure real(wp) function needed_accuracy(system, form, share, converged) result(accuracy)
+  pure real(wp) function needed_accuracy(system, right, share, converged) result(accuracy)
     type(system_t), intent(in) :: system !! the problem
-    type(form_t), intent(in) :: form !! right given
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) right-hand side [force]
     real(wp), intent(in) :: share !! residual over that of the iteration before; 0 if there is none
     real(wp), intent(in) :: converged !! residual over forces that counts as converged
     real(wp) :: norm
 
-    norm = norm2(form%right)
+    norm = norm2(right)
     if (system%contact%n == 0) then
       accuracy = finest_alone
       return
     end if
     accuracy = merge(finest_loose, finest, any(system%body%floating))
     if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
-      share_of_goal*converged*force_scale(system)/norm, &
+      share_of_goal*converged*force_scale(system%scale)/norm, &
       merge(share_of_goal*share**2, coarsest, share > 0.0_wp)))
   end function needed_accuracy
 
@@ -99,10 +100,10 @@ contains
   end function internal_forces
 
   !> The forces that a residual is compared with.
-  pure real(wp) function force_scale(system) result(scale)
-    type(system_t), intent(in) :: system !! its scales
+  pure real(wp) function force_scale(scale) result(force)
+    type(scales_t), intent(in) :: scale !! its scales
 
-    scale = max(system%scale%given_forces, system%scale%seen_forces)
+    force = max(scale%given_forces, scale%seen_forces)
   end function force_scale
 
   !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
@@ -110,15 +111,15 @@ contains
   pure real(wp) function least_meaning(system) result(norm)
     type(system_t), intent(in) :: system !! its force scale, its stiffness
 
-    norm = max(most_round_off*force_scale(system), &
+    norm = max(most_round_off*force_scale(system%scale), &
       no_strain*system%scale%stiffest*system%scale%bound)
   end function least_meaning
 
   !> The share of a direction that a body can go in one iteration: its own size and what is
   !! prescribed in the increment, or the size of a facet where soft springs alone hold it.
-  pure real(wp) function longest_step(system, form) result(share)
+  pure real(wp) function longest_step(system, du) result(share)
     type(system_t), intent(in) :: system !! the problem
-    type(form_t), intent(in) :: form !! direction found
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp) :: way
     integer :: i
 
@@ -129,7 +130,7 @@ contains
       associate (body => system%body%node_body(i))
         way = system%body%motions(body)%size + system%scale%stroke
         if (system%body%regularised(body)) way = min(way, system%scale%facet_size)
-        if (maxval(abs(form%du(:, i)))*share > way) share = way/maxval(abs(form%du(:, i)))
+        if (maxval(abs(du(:, i)))*share > way) share = way/maxval(abs(du(:, i)))
       end associate
     end do
   end function longest_step

@@ -115,10 +115,8 @@ contains
     tools%ahead = .false.
     if (.not. allocated(tools%rigid)) return
     do b = 1, size(tools%rigid)
-      associate (rigid => tools%rigid(b))
-        rigid%ahead_move = rigid%old_move
-        rigid%ahead_turn = rigid%old_turn
-      end associate
+      tools%rigid(b)%ahead_move = tools%rigid(b)%old_move
+      tools%rigid(b)%ahead_turn = tools%rigid(b)%old_turn
     end do
   end subroutine forget_carrying
 
@@ -320,14 +318,16 @@ contains
   end function loads_on_rigid
 
   !> Moves all bodies by values of their unknowns.
-  subroutine move_rigid(system, form, values)
-    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
+  subroutine move_rigid(equations, u, tools, form, values)
+    integer, intent(in) :: equations !! free degrees of freedom
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
     type(form_t), intent(inout) :: form !! gets solution, trial
     real(wp), intent(in) :: values(:) !! (unknowns) [length]
 
-    if (size(values) > 0) form%solution(system%equations + 1:) = values
-    call try_rigid(system%tools, form%solution, 1.0_wp, form%trial)
-    call take_rigid(system%u, system%tools)
+    if (size(values) > 0) form%solution(equations + 1:) = values
+    call try_rigid(tools, form%solution, 1.0_wp, form%trial)
+    call take_rigid(u, tools)
   end subroutine move_rigid
 
   !> Residual of the unknowns: what acts on the nodes of a body and on its point.
@@ -383,14 +383,14 @@ contains
   end function rigid_loads
 
   !> The converged iterate becomes the new state: its free translations and rotation vectors.
-  subroutine keep_rigid(system, state)
-    type(system_t), intent(in) :: system !! rigid bodies, converged
+  subroutine keep_rigid(tools, state)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies, converged
     type(state_t), intent(inout) :: state !! gets rigid
     integer :: b
 
-    if (system%tools%unknowns == 0) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (tools%unknowns == 0) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         state%rigid(1:3, b) = rigid%move
         if (any(rigid%unknown > 3)) state%rigid(4:6, b) = rotation_vector(rigid%turn, &
           state%rigid(4:6, b))

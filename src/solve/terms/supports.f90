@@ -5,7 +5,7 @@ module supports
   use kinds, only: wp
   use vectors, only: cross
   use element_types, only: status_open, status_stick
-  use element_lists, only: slave_point, master_nodes, side_nodes
+  use element_lists, only: slave_point, master_nodes, side_nodes, element_list_t
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet, facet_normal
@@ -15,6 +15,7 @@ module supports
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: form_t, system_t
+  use system_parts, only: rigid_part_t
   use rigid_motions, only: find_motions
   use springs, only: is_supported
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
@@ -85,7 +86,7 @@ contains
         end if
       end do
     end do
-    call add_points(system, body, center, size_x, motions)
+    call add_points(system%tools, body, center, size_x, motions)
     if (with_contact) call add_contact(x, system, body, center, size_x, tracks, motions)
     call dsyev('V', 'U', 6, motions, 6, values, work, size(work), info)
     n = count(values <= free_tolerance*max(values(6), 1.0_wp))
@@ -104,17 +105,17 @@ contains
   end subroutine model_extent
 
   !> Adds what is prescribed of the points of rigid bodies.
-  pure subroutine add_points(system, body, center, size_x, gram)
-    type(system_t), intent(in) :: system !! rigid bodies
+  pure subroutine add_points(tools, body, center, size_x, gram)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: body !! connected body
     real(wp), intent(in) :: center(3) !! where rotations turn about [length]
     real(wp), intent(in) :: size_x !! size of the model [length]
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     integer :: b, k
 
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
         do k = 1, 3
           if (all(rigid%unknown /= k)) call add_support(gram, unit_vector(k), (rigid%point &
@@ -159,22 +160,22 @@ contains
           end do
         else
           call add_support(gram, normal_of(x, master_nodes(system%contact, k)), y)
-          if (tracks) call add_track(x, system, k, y, gram)
+          if (tracks) call add_track(x, system%contact, k, y, gram)
         end if
       end associate
     end do
   end subroutine add_contact
 
   !> A point that slips resists motion across its track: its friction turns with the track.
-  subroutine add_track(x, system, k, y, gram)
+  subroutine add_track(x, contact, k, y, gram)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(in) :: system !! contact elements
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer, intent(in) :: k !! a slipping one
     real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     real(wp) :: across(3)
 
-    associate (nodes => master_nodes(system%contact, k), slip => system%contact%slip(:, k))
+    associate (nodes => master_nodes(contact, k), slip => contact%slip(:, k))
       if (norm2(slip) <= 0.0_wp) return
       across = cross(normal_of(x, nodes), slip)
     end associate
@@ -281,7 +282,7 @@ contains
       now = gap_of(x, 0.0_wp, k, system, form)
       later = gap_of(x, 1.0_wp, k, system, form)
       if (later < now) then
-        length = min(length, (now + overshoot*size_of(x, k, system))/(now - later))
+        length = min(length, (now + overshoot*size_of(x, k, system%contact))/(now - later))
       end if
     end do
   end function closing_length
@@ -344,11 +345,11 @@ contains
       if (.not. any(system%body%node_body(side_nodes(system%contact, k)) == body)) cycle
       gap = gap_of(x, 0.0_wp, k, system, form)
       if (gap >= least) cycle
-      normal = normal_of(positions_of(x, 0.0_wp, k, system, form), [2, 3, 4])
+      normal = normal_of(positions_of(x, 0.0_wp, k, system, form%du), [2, 3, 4])
       if (system%body%node_body(system%contact%ix(1, k)) == body) normal = -normal
       if (dot_product(force, normal) <= 0.0_wp) cycle
       least = gap
-      way = (gap + overshoot*size_of(x, k, system))*normal
+      way = (gap + overshoot*size_of(x, k, system%contact))*normal
     end do
   end function way_down
 
@@ -409,7 +410,7 @@ contains
     type(projection_t) :: p
     integer :: i
 
-    y = positions_of(x, length, k, system, form)
+    y = positions_of(x, length, k, system, form%du)
     if (facet_of_routine(system%contact%routine(k)) /= facet_flat) then
       do i = 1, 6
         associate (node => system%contact%ix(system%contact%slaves(k) + i, k))
@@ -430,36 +431,36 @@ contains
   end function gap_of
 
   !> Positions of the slave point and of the corners of its facet at u + length du.
-  pure function positions_of(x, length, k, system, form) result(y)
+  pure function positions_of(x, length, k, system, du) result(y)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! u, du
-    type(form_t), intent(in) :: form !! du
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp) :: y(3, 4)
     integer :: i, nodes(3)
 
     y(:, 1) = slave_point(system%contact, k, x) + slave_point(system%contact, k, system%u) &
-      + length*slave_point(system%contact, k, form%du)
+      + length*slave_point(system%contact, k, du)
     if (system%contact%slaves(k) > 1) then
       nodes = system%contact%ix(1:3, k)
       y(:, 1) = y(:, 1) + system%contact%lift(k)*facet_normal(x(:, nodes) + system%u(:, nodes) &
-        + length*form%du(:, nodes))
+        + length*du(:, nodes))
     end if
     nodes = master_nodes(system%contact, k)
     do i = 1, 3
-      y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*form%du(:, nodes(i))
+      y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*du(:, nodes(i))
     end do
   end function positions_of
 
   !> Size of the facet of a contact element.
-  pure real(wp) function size_of(x, k, system) result(h)
+  pure real(wp) function size_of(x, k, contact) result(h)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(in) :: k !! contact element
-    type(system_t), intent(in) :: system !! contact elements
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer :: nodes(3)
 
-    nodes = master_nodes(system%contact, k)
+    nodes = master_nodes(contact, k)
     h = norm2(x(:, nodes(2)) - x(:, nodes(1)))
   end function size_of
 end module supports
