@@ -9,6 +9,7 @@ import math
 import os
 import re
 import sys
+import textwrap
 
 from renewed import is_old
 
@@ -254,11 +255,12 @@ def plot(case, rows, path):
     import matplotlib.pyplot as plt
     plt.rcParams.update({'svg.fonttype': 'none', 'svg.hashsalt': 'mfec', 'font.size': 9})
     lines = curves(rows)
-    deep = 0.17*((len(lines) + 1)//2)
+    labels = [textwrap.fill(f'{form}: {quantity}', 48) for form, quantity in lines]
+    deep = 0.17*((len(lines) + 1)//2) + 0.06*sum('\n' in label for label in labels)
     figure, axes = plt.subplots(figsize=(6.5, 3.4 + deep if lines else 3.2), layout='constrained')
     if lines:
-        for k, ((form, quantity), points) in enumerate(lines.items()):
-            axes.loglog(*zip(*points), 'os^vD'[k % 5] + '-', ms=4, lw=1, label=f'{form}: {quantity}'[:48])
+        for k, points in enumerate(lines.values()):
+            axes.loglog(*zip(*points), 'os^vD'[k % 5] + ('-', '--', ':')[k//10 % 3], ms=4, lw=1, label=labels[k])
         axes.set(xlabel='size of a facet or increment', ylabel='relative error')
         figure.legend(fontsize=7, loc='outside lower center', ncol=2)
     else:

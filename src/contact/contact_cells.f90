@@ -44,8 +44,9 @@ module contact_cells
   !> When facets are cut: before an increment, when it is known where points have touched in it, and
   !! after a solve.
   integer, parameter :: cut_at_start = 1, cut_at_touch = 2, cut_after_solve = 3
-  !> How often a facet is cut anew within an increment.
-  integer, parameter :: most_moves = 4
+  !> How often a facet is cut anew within an increment, and with multipliers at nodes, where no
+  !! point has a history that a cut could blur: cells then are where the bodies are.
+  integer, parameter :: most_moves = 4, most_of_nodes = 8
   !> Room over the number of points at the start, and over the bound for any position.
   real(wp), parameter :: reserve = 1.6_wp, spare = 1.3_wp
   !> The latter with multipliers at three nodes, whose facets slide before friction holds them:
@@ -222,7 +223,7 @@ contains
     type(contact_point_t), allocatable :: points(:)
     type(fresh_t) :: fresh
     integer :: f, n, first, last, room
-    real(wp) :: limits(3), same
+    real(wp) :: limits(3)
     logical :: stays
 
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
@@ -233,20 +234,23 @@ contains
     first = 1
     do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
-      call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
-        x_old, x, fresh)
-      limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
-        merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
-        fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
-      ! multipliers have no history at points that a cut could blur, new facets no apexes to keep
-      same = unmoved
-      if (pair%mortar .and. when == cut_after_solve .and. was_free(pair, f)) then
-        same = exactly
-        limits = exactly
+      if (pair%mortar) then
+        call cut_facet(pair, f, slave_positions(pair, f, x), x_old, x, fresh)
+      else
+        call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
+          x_old, x, fresh)
       end if
-      stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                          fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
-      if (when == cut_after_solve) stays = stays .or. has_moved_enough(pair, f, fresh, same)
+      ! multipliers at nodes have no history at points that a cut could blur
+      stays = .not. pair%mortar
+      if (stays) then
+        limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
+          merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
+          fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
+        stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
+                            fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
+      end if
+      if (when == cut_after_solve .and. .not. stays) stays = &
+        has_moved_enough(pair, f, cells(first:last), fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -273,33 +277,22 @@ contains
     call show_cells(pair)
   end subroutine renew_cells
 
-  !> No point of a facet was closed at the last converged state.
-  pure logical function was_free(pair, f) result(free)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: f !! the slave facet
-    integer :: p
-
-    free = .true.
-    p = first_cell(pair%history%old_cells, f)
-    if (p == 0) return
-    do while (free .and. p <= size(pair%history%old_cells))
-      if (pair%history%old_cells(p)%slave /= f) exit
-      free = pair%history%old(p)%status <= status_open
-      p = p + 1
-    end do
-  end function was_free
-
   !> A facet does not change its cells for ever: not often in an increment, and not back to those
-  !! that it has left last.
-  pure logical function has_moved_enough(pair, f, fresh, same) result(enough)
+  !! that it has left last, as long as they cover what the master does.
+  pure logical function has_moved_enough(pair, f, present, fresh) result(enough)
     type(pair_t), intent(in) :: pair !! moves, left_cells
     integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: present(:) !! its points
     type(fresh_t), intent(in) :: fresh !! its points if it is cut anew
-    real(wp), intent(in) :: same !! points that are nearer than this are the same [shape functions]
     integer :: p
+    real(wp) :: same
 
-    enough = pair%history%moves(f) >= most_moves
+    enough = abs(sum(present%area) - sum(fresh%cell(:fresh%n)%area)) <= slipped* &
+      pair%points%slave_area(f)
+    if (.not. enough) return
+    enough = pair%history%moves(f) >= merge(most_of_nodes, most_moves, pair%mortar)
     if (enough .or. .not. allocated(pair%history%left_cells(f)%cells)) return
+    same = merge(exactly, unmoved, pair%mortar)
     associate (cells => pair%history%left_cells(f)%cells)
       enough = size(cells) == fresh%n
       do p = 1, size(cells)

@@ -12,6 +12,10 @@ module mortar_history
   private
   public :: take_history, take_forces, add_forces, show_points, settle_mortar
 
+  !> A closed multiplier with less than this share of the largest force carries nothing that means
+  !! anything: whether it is closed at all is chance, as with a node that supports hold.
+  real(wp), parameter :: idle_share = 1.0e-12_wp
+
 contains
 
   !> History of new multipliers from the last converged state, and forces to begin with from the
@@ -60,15 +64,17 @@ contains
     logical, intent(in) :: slips(:) !! (n)
     real(wp), intent(in) :: criterion(:) !! (n) [force]
     type(mortar_t), intent(inout) :: nodes !! gets them
+    logical :: carries(nodes%n)
     integer :: i
 
     do i = 1, nodes%n
       nodes%force(:, i) = matmul(nodes%frame(:, :, i), force(3*i - 2:3*i))
     end do
+    carries = closed .and. force(3::3) > idle_share*maxval([0.0_wp, abs(force)])
     ! what a penalty lets in is not slip or gap of the surfaces, but their depth and elastic slip
     nodes%gap = reshape(gap - reshape(spread(nodes%compliance, 1, 3), [3*nodes%n])*force, [3, &
       nodes%n])
-    nodes%status = merge(merge(status_slip, status_stick, slips), status_open, closed)
+    nodes%status = merge(merge(status_slip, status_stick, slips), status_open, carries)
     nodes%criterion = criterion
   end subroutine take_forces
 

@@ -105,13 +105,24 @@ contains
     k = 3
   end function corner_of
 
-  !> The patches of all facets at the positions x, of the slave as well if it is bent.
-  subroutine renew_patches(pair, x)
+  !> The patches of all facets at the positions x + u, of the slave as well if it is bent. They are
+  !! measured from a node of the surface: round-off is then that of its size, however far away from
+  !! the origin it lies.
+  pure subroutine renew_patches(pair, x, u)
     type(pair_t), intent(inout) :: pair !! gets the patches of its surface and side
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in), optional :: u(:, :) !! (3, nodes) displacements since [length]
+    real(wp) :: y(3, size(x, 2))
+    integer :: i
 
-    call bend(pair%surface, x)
-    if (allocated(pair%points%side%facets)) call bend(pair%points%side, x)
+    associate (origin => x(:, pair%surface%facets(1, 1)))
+      do i = 1, size(x, 2)
+        y(:, i) = x(:, i) - origin
+      end do
+    end associate
+    if (present(u)) y = y + u
+    call bend(pair%surface, y)
+    if (allocated(pair%points%side%facets)) call bend(pair%points%side, y)
   end subroutine renew_patches
 
   !> The patches of the facets of one surface.

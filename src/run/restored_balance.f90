@@ -94,7 +94,7 @@ contains
     system%u = state%u
     system%position%x_now = model%mesh%x + state%u
     do k = 1, size(model%pairs)
-      if (model%pairs(k)%smooth) call renew_patches(model%pairs(k), system%position%x_now)
+      if (model%pairs(k)%smooth) call renew_patches(model%pairs(k), model%mesh%x, state%u)
       model%pairs(k)%history%raise = 1.0_wp
       if (model%pairs(k)%history%softened) model%pairs(k)%history%raise = &
         first_raise(model%pairs(k))

@@ -41,13 +41,14 @@ class Body:
 class Scene:
     """What a seed draws."""
 
-    def __init__(self, seed, kinds=('blocks', 'plate', 'stack', 'corner')):
+    def __init__(self, seed, kinds=('blocks', 'plate', 'stack', 'corner'), form=None):
         draw = random.Random(f'touching {seed}')
         self.seed, self.kind = seed, draw.choice(kinds)
         self.size = 10.0**draw.choice((0, 0, 0, -2, 2))
         self.young = 10.0**draw.choice((3, 3, 5))
         self.quadratic = draw.random() < 0.35
-        self.form = draw.choice(FORMS[1:] if self.quadratic else FORMS)
+        drawn = draw.choice(FORMS[1:] if self.quadratic else FORMS)
+        self.form = form or drawn
         self.points = draw.choice(('', '', '7'))
         self.mu = (draw.uniform(0.1, 0.6),)*2
         if draw.random() < 0.5:
@@ -63,7 +64,7 @@ class Scene:
         further = random.Random(f'further {seed}')
         self.strain = further.choice(('LINEar', 'LINEar', 'LINEar', 'NEOHookean'))
         self.words = further.choice(('', '', '', 'AUGMent', 'SMOOth'))
-        if self.quadratic and self.words == 'SMOOth':
+        if (self.quadratic and self.words == 'SMOOth') or self.form == 'MORTar':
             self.words = ''
         getattr(self, self.kind)(draw)
 
@@ -223,12 +224,13 @@ def text_of(scene, copy):
     out.append('PROPortional 2\n  0 0\n  1 0\n  2 1\n  3 -0.5\n')
     out.append('CONTact')
     for k, (slave, master) in enumerate(scene.pairs, 1):
-        form = 'NTOS' if scene.form == 'NTOS' else 'GTOS'
+        form = 'GTOS' if scene.form == 'SEGMent' else scene.form
         points = 'SEGMent' if scene.form == 'SEGMent' else scene.points if form == 'GTOS' else ''
+        penalty = '' if form == 'MORTar' else f'\n    PENAlty AUTO {scene.penalty}'
         mu = (f'COULomb {scene.mu[0]!r}' if scene.mu[0] == scene.mu[1] else
               f'ELLIptic {scene.mu[0]!r} {scene.mu[1]!r}')
         out.append(f'  PAIR {k}\n    {form} s{slave[0]}{slave[1]}{slave[2]} '
-                   f's{master[0]}{master[1]}{master[2]} {points}\n    PENAlty AUTO {scene.penalty}\n'
+                   f's{master[0]}{master[1]}{master[2]} {points}{penalty}\n'
                    f'    FRICtion {mu}\n    DIREction ANGLe {scene.angle!r} '
                    f'{vector(copy.turn @ np.array(scene.lay))}\n    SLIP {scene.slip}' + (f'\n    {scene.words}' if scene.words else ''))
     out.append('\nOUTPut\n  REACtions ' + ' '.join(held + [moved]) + '\n  FIELds NONE\n  STATe NONE\n\nEND\nBATCh')

@@ -126,7 +126,7 @@ contains
       same = same .and. round > 1
       if (same) then
         call return_to_balance(model, system, form, settings, unknowns, left, allowed)
-        if (left <= allowed .and. changes == 0) then
+        if (left <= allowed) then
           progress%outcome = outcome_converged
           call show_all(model, system%contact, system%place)
           return

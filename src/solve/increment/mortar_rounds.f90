@@ -29,8 +29,8 @@ module mortar_rounds
   !> What the law may lack in balance, over the forces: this share of the root of TOL.
   real(wp), parameter :: law_share = 0.1_wp
   !> Facets are cut anew only after nodes have moved by more than this share of a facet since the
-  !! last cut: cells stay within ten times that anyway.
-  real(wp), parameter :: hardly = 1.0e-4_wp
+  !! last cut: what is handed over changes by less than a copy of the scene that is turned may.
+  real(wp), parameter :: hardly = 1.0e-7_wp
 
 contains
 

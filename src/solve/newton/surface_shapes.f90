@@ -41,7 +41,7 @@ contains
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)
       if (.not. model%pairs(k)%smooth) cycle
-      call renew_patches(model%pairs(k), system%position%x_now)
+      call renew_patches(model%pairs(k), model%mesh%x, system%u)
       do p = 1, count_points(model%pairs(k))
         call bend_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system%contact)
       end do
