@@ -6,7 +6,7 @@ module batch_run
   use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
-  use increments, only: look_for_strays
+  use lost_contact, only: look_for_strays
   use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver

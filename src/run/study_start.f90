@@ -12,7 +12,7 @@ module study_start
   use contact_types, only: contact_point_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
-  use touch_path, only: touch_t
+  use touch_types, only: touch_t
   use condensed_types, only: condensed_t
   use stepping, only: advance
   use monitors, only: monitor_t

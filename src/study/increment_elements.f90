@@ -7,7 +7,7 @@ module increment_elements
   use elmlib, only: routine_none
   use model_types, only: model_t
   use contact_points, only: count_points
-  use touch_path, only: touch_known
+  use touch_types, only: touch_known
   use cone_slopes, only: cone_slopes_t, find_slopes, slope_by_causes, slope_by_motion, &
     force_slope, causes, cause_apex, cause_mu, cause_rule, cause_angle
   use contact_types, only: pair_t

@@ -22,9 +22,7 @@ module sensitivities
   use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t
   use system_types, only: form_t, system_t, state_t
-  use system_parts, only: whole_form_t
   use element_lists, only: element_list_t
-  use condensed_types, only: condensed_t
   implicit none
   private
   public :: follow_increment
@@ -70,12 +68,12 @@ contains
     call load_elements(model, system, work)
     call find_causes(model, system, form%condensed, s, work)
     call find_shifted(model, system, s, work)
-    call change_ways(model, system%equation, form%condensed, state%time, s)
+    call change_ways(model, system%equation, form, state%time, s)
     call solve_increment(model, system, form, state%time, s, work, trouble)
     if (len(trouble) > 0) return
-    call collect_forces(model, system, form%condensed, s, work)
+    call collect_forces(model, system, form, s, work)
     call settle(model, system, s, work)
-    call add_reactions(model, system, form%whole, state, s)
+    call add_reactions(model, system, form, state, s)
     form%right = right
     system%contact_force = contact_force
     if (allocated(system%contact%reached)) deallocate (system%contact%reached)
@@ -90,10 +88,10 @@ contains
   end function is_late
 
   !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
-  subroutine change_ways(model, equation, condensed, time, s)
+  subroutine change_ways(model, equation, form, time, s)
     type(model_t), intent(in) :: model !! loads and their tables
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! gets du
     real(wp) :: ways(3, model%mesh%nodes)
@@ -119,14 +117,14 @@ contains
         end associate
       end do
     end do
-    call rest_candidates(condensed, s)
+    call rest_candidates(form%condensed, s)
   end subroutine change_ways
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
-  subroutine collect_forces(model, system, condensed, s, work)
+  subroutine collect_forces(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks; du of
     !! open points
     type(work_t), intent(inout) :: work !! elements, causes; gets the whole change
@@ -152,14 +150,14 @@ contains
         call look_at_border(system%contact, work, e, dx, s, k)
       end do
     end do
-    call look_at_open(model, system, condensed, s, work)
+    call look_at_open(model, system, form, s, work)
   end subroutine collect_forces
 
   !> The same of open points, whose displacements are not all known yet.
-  subroutine look_at_open(model, system, condensed, s, work)
+  subroutine look_at_open(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! force given; gets du, range, kinks
     type(work_t), intent(in) :: work !! elements, causes
     real(wp) :: dx(12, size(s%slopes))
@@ -181,7 +179,7 @@ contains
           wanted(work%elements(e)%ix(:work%elements(e)%nel)) = .true.
       end do
     end do
-    call complete_nodes(condensed, wanted, s)
+    call complete_nodes(form%condensed, wanted, s)
     do k = 1, size(model%pairs)
       do e = system%place%first_point(k), system%place%first_point(k) + &
         count_points(model%pairs(k)) - 1
@@ -271,15 +269,15 @@ contains
   end subroutine settle
 
   !> Derivatives of the reactions, and Euler's sum.
-  subroutine add_reactions(model, system, whole, state, s)
+  subroutine add_reactions(model, system, form, state, s)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
-    type(whole_form_t), intent(in) :: whole !! matrix
+    type(form_t), intent(in) :: form !! matrix
     type(state_t), intent(in) :: state !! time, displacements
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, pseudo_step
 
     if (s%full) then
-      call full_reactions(model, system, whole, state, s)
+      call full_reactions(model, system, form%whole, state, s)
     else
       call sum_supports(model, system, state, s)
     end if

@@ -9,7 +9,7 @@ module variant_system
   use contact_overlap, only: measure_overlap
   use contact_targets, only: start_pair
   use condensed_bodies, only: begin_influence
-  use touch_path, only: touch_t
+  use touch_types, only: touch_t
   use multiplier_types, only: multiplier_motion_t
   use sensitivity_start, only: load_bodies
   use lever_sums, only: levers_t, sum_by_levers

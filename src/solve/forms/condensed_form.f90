@@ -5,7 +5,7 @@ module condensed_form
   use kinds, only: wp
   use model_types, only: model_t
   use rigid_bodies, only: take_rigid
-  use touch_path, only: touch_waits
+  use touch_types, only: touch_waits
   use live_values, only: gather_condensed, take_condensed, try_live, take_live, &
     live_direction_norm, live_direction_work
   use right_side, only: gather_points

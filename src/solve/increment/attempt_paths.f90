@@ -2,7 +2,8 @@
 module attempt_paths
   use kinds, only: wp
   use model_types, only: model_t
-  use increment_start, only: start_here, start_again, leave_bodies
+  use increment_start, only: start_here, start_again
+  use predictor, only: leave_bodies
   use first_touch, only: begin_touch_again
   use softening, only: begin_softening
   use force_scales, only: force_scale

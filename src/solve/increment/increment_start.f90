@@ -15,8 +15,9 @@ module increment_start
   use contact_system, only: restart_points, move_targets, load_contact
   use first_touch, only: begin_touch, begin_touch_again
   use softening, only: begin_softening
-  use expected_status, only: expect_status, forget_expected
-  use predictor, only: carry_bodies, turn_bodies
+  use expected_status, only: expect_status
+  use point_status, only: forget_expected
+  use predictor, only: carry_bodies, turn_bodies, leave_bodies, take_along
   use contact_carrying, only: carry_with_contact
   use force_scales, only: begin_scales
   use bulk_term, only: start_bulk, return_bulk
@@ -24,11 +25,10 @@ module increment_start
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
-  use system_parts, only: positions_t, rigid_part_t
   implicit none
   private
   public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
-    start_rubbing, leave_bodies
+    start_rubbing
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
   !! what it is without.
@@ -172,26 +172,6 @@ contains
     call move_alloc(system%position%x_alone, system%position%x_ahead)
     call forget_carrying(system%tools)
   end subroutine start_carried
-
-  !> Starts from where the bodies were.
-  pure subroutine leave_bodies(u, position, tools)
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
-    type(positions_t), intent(in) :: position !! positions of the nodes
-    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
-
-    u = position%left
-    tools%ahead = .false.
-  end subroutine leave_bodies
-
-  !> Starts from where the predictor takes the bodies.
-  pure subroutine take_along(u, position, tools)
-    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
-    type(positions_t), intent(in) :: position !! positions of the nodes
-    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
-
-    u = position%carried
-    tools%ahead = .true.
-  end subroutine take_along
 
   !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
   !! condensed form the defects of the latter, which cost next to nothing, often tell that it leaves

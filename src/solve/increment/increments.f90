@@ -1,22 +1,20 @@
-!> One increment: its start, the ways to solve it, what may not be taken for a solution.
+!> One increment: its start and the ways to solve it.
 module increments
   use kinds, only: wp
   use threads, only: notice_others
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start
-  use touch_path, only: touch_waits
+  use touch_types, only: touch_waits
   use solver_choice, only: choose_solver
-  use newton, only: newton_t, outcome_converged, outcome_restless, outcome_through, &
-    outcome_turned, outcome_thrown
+  use newton, only: newton_t, outcome_converged, outcome_restless
   use contact_parameters, only: is_stiff, shifts_gap
-  use contact_entries, only: has_gone_through
   use attempts, only: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text, &
     path_damping
   use attempt_paths, only: try_attempt
   use accepted_state, only: accept
   use stacks, only: is_stack
   use soft_penalties, only: may_soften
-  use lost_contact, only: has_thrown, has_turned
+  use lost_contact, only: look_for_thrown, look_for_strays
   use late_look, only: look_inside
   use mortar_increment, only: solve_mortar
   use monitors, only: monitor_t
@@ -25,7 +23,7 @@ module increments
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, look_for_strays
+  public :: solve_increment
 
   !> Damping that has led nowhere so often since the last increment that was accepted is not tried
   !! with shorter ones: these start near their end, if they have one.
@@ -111,46 +109,6 @@ contains
     if (plan(trail%last)%path == path_damping .and. progress%outcome /= outcome_converged) &
       system%body%in_vain = system%body%in_vain + 1
   end subroutine follow_plan
-
-  !> Says it where what has converged has thrown bodies out of contact, or turned them farther than
-  !! small strain can mean: the next start may lead elsewhere.
-  subroutine look_for_thrown(model, system, form, progress, monitor, thrown)
-    type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! the last iterate
-    type(form_t), intent(in) :: form !! its kind
-    type(newton_t), intent(in) :: progress !! how it ended
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-    logical, intent(out) :: thrown !! it has
-
-    thrown = .false.
-    if (progress%outcome /= outcome_converged) return
-    thrown = has_thrown(model, system)
-    if (thrown) then
-      call monitor%detail('  bodies have separated from contact, which has no force left on '// &
-        'them: not taken for the solution')
-      return
-    end if
-    thrown = has_turned(model, system, form)
-    if (thrown) call monitor%detail('  a body has rotated beyond the limit of small strain: '// &
-      'not taken for the solution')
-  end subroutine look_for_thrown
-
-  !> What has converged with a slave that has gone through a master is no solution; nor where bodies
-  !! have been thrown out of contact, or turned too far.
-  subroutine look_for_strays(model, system, form, progress)
-    type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
-    type(system_t), intent(in) :: system !! converged
-    type(form_t), intent(in) :: form !! its kind
-    type(newton_t), intent(inout) :: progress !! gets outcome
-    integer :: k
-
-    if (has_thrown(model, system)) progress%outcome = outcome_thrown
-    if (has_turned(model, system, form)) progress%outcome = outcome_turned
-    do k = 1, size(model%pairs)
-      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
-        progress%outcome = outcome_through
-    end do
-  end subroutine look_for_strays
 
   !> Says once that a segmented pair has fewer points than its cells want.
   subroutine tell_crowded(model, monitor)

@@ -4,14 +4,18 @@ module lost_contact
   use kinds, only: wp, pi
   use elmlib, only: routine_none
   use model_types, only: model_t
+  use contact_entries, only: has_gone_through
   use force_scales, only: force_scale
   use rigid_bodies, only: is_carried
   use body_measures, only: rigid_turns, has_small_strain, farthest_turn
+  use monitors, only: monitor_t
+  use newton_progress, only: newton_t, outcome_converged, outcome_through, outcome_turned, &
+    outcome_thrown
   use system_types, only: form_t, system_t
   use system_parts, only: bodies_t, rigid_part_t
   implicit none
   private
-  public :: has_thrown, has_turned, find_turned
+  public :: has_thrown, find_turned, look_for_thrown, look_for_strays
 
   !> Contact forces on a body below this share of its loads, or of the forces of the increment if it
   !! has none, are none.
@@ -194,4 +198,44 @@ contains
       end associate
     end do
   end subroutine pass_on
+
+  !> Says it where what has converged has thrown bodies out of contact, or turned them farther than
+  !! small strain can mean: the next start may lead elsewhere.
+  subroutine look_for_thrown(model, system, form, progress, monitor, thrown)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! the last iterate
+    type(form_t), intent(in) :: form !! its kind
+    type(newton_t), intent(in) :: progress !! how it ended
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: thrown !! it has
+
+    thrown = .false.
+    if (progress%outcome /= outcome_converged) return
+    thrown = has_thrown(model, system)
+    if (thrown) then
+      call monitor%detail('  bodies have separated from contact, which has no force left on '// &
+        'them: not taken for the solution')
+      return
+    end if
+    thrown = has_turned(model, system, form)
+    if (thrown) call monitor%detail('  a body has rotated beyond the limit of small strain: '// &
+      'not taken for the solution')
+  end subroutine look_for_thrown
+
+  !> What has converged with a slave that has gone through a master is no solution; nor where bodies
+  !! have been thrown out of contact, or turned too far.
+  subroutine look_for_strays(model, system, form, progress)
+    type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
+    type(system_t), intent(in) :: system !! converged
+    type(form_t), intent(in) :: form !! its kind
+    type(newton_t), intent(inout) :: progress !! gets outcome
+    integer :: k
+
+    if (has_thrown(model, system)) progress%outcome = outcome_thrown
+    if (has_turned(model, system, form)) progress%outcome = outcome_turned
+    do k = 1, size(model%pairs)
+      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
+        progress%outcome = outcome_through
+    end do
+  end subroutine look_for_strays
 end module lost_contact

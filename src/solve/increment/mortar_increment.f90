@@ -18,7 +18,7 @@ module mortar_increment
   use force_scales, only: force_scale
   use costs, only: begin_cost, end_cost, cost_node_compliance
   use rigid_bodies, only: return_rigid, move_rigid
-  use touch_path, only: touch_none, touch_waits
+  use touch_types, only: touch_none, touch_waits
   use newton_progress, only: newton_t, outcome_converged, outcome_restless, outcome_stopped, &
     outcome_memory
   use signals, only: stop_requested

@@ -5,10 +5,11 @@ module soft_penalties
   use solution_settings, only: tol_energy
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use increment_start, only: start_here, leave_bodies
+  use increment_start, only: start_here
+  use predictor, only: leave_bodies
   use target_passes, only: solve_with_targets
   use contact_parameters, only: shifts_gap
-  use expected_status, only: forget_expected
+  use point_status, only: forget_expected
   use newton, only: newton_t, outcome_converged
   use monitors, only: monitor_t
   use newton_settings, only: settings_t

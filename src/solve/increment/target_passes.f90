@@ -7,7 +7,7 @@ module target_passes
   use first_touch, only: find_touches
   use softening, only: find_softening
   use touch_bodies, only: some_drift
-  use touch_path, only: touch_waits
+  use touch_types, only: touch_waits
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
     outcome_restless, outcome_step_done, is_converged

@@ -1,37 +1,30 @@
 !> Semismooth Newton with line search on a system whose contact targets are frozen.
 module newton
   use kinds, only: wp
-  use costs, only: wall_seconds
-  use solution_settings, only: tol_energy, tol_residual
   use signals, only: stop_requested
-  use threads, only: notice_others
   use parallel, only: any_rank
   use bulk_term, only: bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
-  use linear_solver, only: solver_name
-  use contact_system, only: contact_counts
   use surface_shapes, only: follow_shape
   use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step
   use supports, only: close_bodies
-  use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
-  use expected_status, only: forget_expected, turned_back
+  use point_status, only: forget_expected
   use line_search, only: choose_length
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
-    wanted_share, judge_progress, judge_settled, outcome_going_on, &
+    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, describe, &
+    outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
-  use newton_settings, only: settings_t
+  use newton_settings, only: settings_t, tol_energy, tol_residual
   use system_types, only: form_t, system_t
-  use element_lists, only: element_list_t
-  use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, solve_frozen, iterate, is_converged
@@ -42,12 +35,6 @@ module newton
 
   !> Iterations in a row without progress after which the solve has stalled.
   integer, parameter :: iterations_without_gain = 12
-  !> Iterations with points that turn back after which a solve relies on the line search alone. In
-  !! stacks of bodies the search for the points that open uses up some of them.
-  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
-  !> A point has turned back if it had slipped by more than this share of what it slips now: less is
-  !! round-off of a solution.
-  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -193,13 +180,12 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the iteration
     type(newton_t), intent(inout) :: progress !! counts on
     type(iteration_t) :: report
-    real(wp) :: begin, length, longest
+    real(wp) :: length, longest
     integer, allocatable :: before(:)
     integer :: outcome
     logical :: dropped
 
-    begin = wall_seconds()
-    call notice_others()
+    call begin_iteration(report)
     if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
       call close_bodies(model%mesh%x, system, form, dropped)
       if (dropped .and. associated(form%kind%note_drop)) call form%kind%note_drop(system, form)
@@ -257,48 +243,9 @@ contains
     progress%share = residual_norm(system, form)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp
     call note_forces(system, form)
-    call describe(system, form, progress, time, length, wall_seconds() - begin, report)
+    call describe(system, form, progress, time, report)
     call judge_progress(system, form, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
 
-  !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
-  !! iteration before, which else may flip for ever.
-  subroutine choose_held(contact, body, progress)
-    type(element_list_t), intent(inout) :: contact !! contact elements; gets hold
-    type(bodies_t), intent(in) :: body !! connected bodies
-    type(newton_t), intent(inout) :: progress !! counts the iterations with such points
-
-    if (progress%updated) return
-    contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(body))) &
-      contact%hold = turned_back(contact, least_slip)
-    if (any(contact%hold)) progress%turns = progress%turns + 1
-  end subroutine choose_held
-
-  !> The report of one iteration.
-  subroutine describe(system, form, progress, time, length, seconds, report)
-    type(system_t), intent(in) :: system !! state after the iteration
-    type(form_t), intent(in) :: form !! its kind, matrix
-    type(newton_t), intent(in) :: progress !! counts and energies
-    real(wp), intent(in) :: time !! time of the increment
-    real(wp), intent(in) :: length !! accepted step length
-    real(wp), intent(in) :: seconds !! wall clock [s]
-    type(iteration_t), intent(out) :: report !! the report
-    real(wp) :: forces
-
-    report%time = time
-    report%number = progress%solves
-    report%residual = residual_norm(system, form)
-    forces = force_scale(system%scale)
-    if (forces > 0.0_wp) report%relative = report%residual/forces
-    call form%kind%find_worst(system, form, report%worst_node, report%worst_dof, report%worst)
-    report%energy = progress%energy
-    report%step_length = length
-    call contact_counts(system%contact, 1, system%contact%n, report%active, report%stick, &
-      report%slip)
-    report%solver = form%kind%name
-    if (report%solver == '') report%solver = solver_name(form%whole%solver)
-    report%seconds = seconds
-  end subroutine describe
 end module newton

@@ -2,18 +2,23 @@
 !! (doc/theory, "Convergence criteria", eqs. (11.7), (11.8)).
 module newton_progress
   use kinds, only: wp
-  use solution_settings, only: tol_energy, tol_residual
+  use costs, only: wall_seconds
+  use threads, only: notice_others
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
-  use newton_settings, only: settings_t
+  use newton_settings, only: settings_t, tol_energy, tol_residual
   use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
+  use point_status, only: contact_counts, turned_back
+  use stacks, only: is_stack
+  use linear_solver, only: solver_name
+  use monitors, only: iteration_t
   use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
-    judge_progress, judge_settled
+    judge_progress, judge_settled, begin_iteration, choose_held, describe
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
@@ -55,6 +60,13 @@ module newton_progress
   real(wp), parameter :: close_energy = 1.0e-4_wp
   !> Steps up to this length count as short.
   real(wp), parameter :: short_step = 1.0_wp/16.0_wp
+
+  !> Iterations with points that turn back after which a solve relies on the line search alone. In
+  !! stacks of bodies the search for the points that open uses up some of them.
+  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
+  !> A point has turned back if it had slipped by more than this share of what it slips now: less is
+  !! round-off of a solution.
+  real(wp), parameter :: least_slip = 1.0e-6_wp
 
   !> Progress of the iteration within one increment.
   type :: newton_t
@@ -198,4 +210,50 @@ contains
     progress%shortest = min(progress%shortest, form%kind%direction_norm(system, form))
     progress%fewest = min(progress%fewest, sticking)
   end subroutine judge_progress
+
+  !> An iteration begins: its clock, and whether others want the processors.
+  subroutine begin_iteration(report)
+    type(iteration_t), intent(inout) :: report !! gets the clock as seconds
+
+    report%seconds = wall_seconds()
+    call notice_others()
+  end subroutine begin_iteration
+
+  !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
+  !! iteration before, which else may flip for ever.
+  subroutine choose_held(contact, body, progress)
+    type(element_list_t), intent(inout) :: contact !! contact elements; gets hold
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(newton_t), intent(inout) :: progress !! counts the iterations with such points
+
+    if (progress%updated) return
+    contact%hold = .false.
+    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(body))) &
+      contact%hold = turned_back(contact, least_slip)
+    if (any(contact%hold)) progress%turns = progress%turns + 1
+  end subroutine choose_held
+
+  !> The report of one iteration.
+  subroutine describe(system, form, progress, time, report)
+    type(system_t), intent(in) :: system !! state after the iteration
+    type(form_t), intent(in) :: form !! its kind, matrix
+    type(newton_t), intent(in) :: progress !! counts and energies
+    real(wp), intent(in) :: time !! time of the increment
+    type(iteration_t), intent(inout) :: report !! of an iteration that has begun; filled
+    real(wp) :: forces
+
+    report%time = time
+    report%number = progress%solves
+    report%residual = residual_norm(system, form)
+    forces = force_scale(system%scale)
+    if (forces > 0.0_wp) report%relative = report%residual/forces
+    call form%kind%find_worst(system, form, report%worst_node, report%worst_dof, report%worst)
+    report%energy = progress%energy
+    report%step_length = progress%length
+    call contact_counts(system%contact, 1, system%contact%n, report%active, report%stick, &
+      report%slip)
+    report%solver = form%kind%name
+    if (report%solver == '') report%solver = solver_name(form%whole%solver)
+    report%seconds = wall_seconds() - report%seconds
+  end subroutine describe
 end module newton_progress

@@ -1,10 +1,10 @@
 !> What steers an increment's nonlinear solution: tolerances, limits, step lengths.
 module newton_settings
   use kinds, only: wp
-  use solution_settings, only: n_settings, settings_of_deck
+  use solution_settings, only: n_settings, settings_of_deck, tol_energy, tol_residual
   implicit none
   private
-  public :: settings_t, search_t
+  public :: settings_t, search_t, tol_energy, tol_residual
 
   !> How far an iteration goes along its direction (line_search).
   type :: search_t

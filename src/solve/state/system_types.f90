@@ -4,7 +4,7 @@ module system_types
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use condensed_types, only: condensed_t
-  use touch_path, only: touch_t
+  use touch_types, only: touch_t
   use softening_state, only: softening_t
   use multiplier_types, only: multiplier_motion_t
   use rigid_types, only: border_t

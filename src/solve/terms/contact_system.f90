@@ -2,7 +2,7 @@
 module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells, cost_t
-  use element_types, only: status_off, status_open, status_stick, status_slip
+  use element_types, only: status_off, status_open
   use elmlib, only: routine_none
   use element_lists, only: element_list_t
   use elmt03, only: d03_epsilon
@@ -26,7 +26,7 @@ module contact_system
   use system_parts, only: positions_t
   implicit none
   private
-  public :: restart_points, move_targets, load_contact, settle_contact, contact_counts
+  public :: restart_points, move_targets, load_contact, settle_contact
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: open_radii = 1.0_wp
@@ -157,20 +157,6 @@ contains
       end if
     end associate
   end subroutine place_nodes
-
-  !> Numbers of closed, sticking and slipping points of a range of contact elements.
-  pure subroutine contact_counts(contact, first, last, active, stick, slip)
-    type(element_list_t), intent(in) :: contact !! contact elements
-    integer, intent(in) :: first !! first element
-    integer, intent(in) :: last !! last element
-    integer, intent(out) :: active !! closed
-    integer, intent(out) :: stick !! sticking
-    integer, intent(out) :: slip !! slipping
-
-    stick = count(contact%status(first:last) == status_stick)
-    slip = count(contact%status(first:last) == status_slip)
-    active = stick + slip
-  end subroutine contact_counts
 
   !> Hands status and apexes of the elements to the working points of the pairs, and what friction
   !! has dissipated (doc/theory, "Dissipation", eq. (4.9)).

@@ -18,8 +18,8 @@ module first_touch
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
-  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
-    first_target, meet, touch_t
+  use touch_path, only: touch_time, way_before, first_target, meet
+  use touch_types, only: touch_none, touch_waits, touch_known, touch_t
   use system_types, only: system_t, state_t
   use system_parts, only: bodies_t, positions_t
   implicit none
