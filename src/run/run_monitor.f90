@@ -155,7 +155,7 @@ contains
     call follow_increment(model, system, form, state, self%sensitivity, trouble)
     if (len(trouble) == 0) then
       call self%detail('  derivatives: penalties, moduli and forces make the reactions to '// &
-        to_text(self%sensitivity%pseudo_step%error, 2)//' (Euler), '// &
+        to_text(self%sensitivity%euler%error, 2)//' (Euler), '// &
         count_noun(sum(self%sensitivity%kinks), 'point')//' at a border')
       return
     end if

@@ -17,7 +17,7 @@ module increment_answers
   public :: solve_all, answer_forces, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
-  real(wp), parameter :: increment_residue = 5.0e-11_wp, share_of_pseudo_step = 1.0e-12_wp
+  real(wp), parameter :: increment_residue = 5.0e-11_wp, share_of_euler = 1.0e-12_wp
   !> The same where multipliers are found from answers.
   real(wp), parameter :: share_with_multipliers = 5.0e-12_wp, share_of_multipliers = 1.0e-13_wp
 
@@ -40,8 +40,8 @@ contains
     n = size(s%slopes)
     s%answers%share_left = spread(merge(increment_residue, share_with_multipliers, work%shifted%n &
       == 0), 1, n)
-    s%answers%share_left(pack(s%pseudo_step%slope, s%pseudo_step%slope > &
-      0)) = merge(share_of_pseudo_step, share_of_multipliers, work%shifted%n == 0)
+    s%answers%share_left(pack(s%euler%slope, s%euler%slope > &
+      0)) = merge(share_of_euler, share_of_multipliers, work%shifted%n == 0)
     arrived = .false.
     do attempt = 1, 2
       u = spread(spread(0.0_wp, 1, form%condensed%n), 2, n)

@@ -274,19 +274,18 @@ contains
     type(system_t), intent(in) :: system !! equations, bodies
     type(form_t), intent(in) :: form !! matrix
     type(state_t), intent(in) :: state !! time, displacements
-    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, pseudo_step
+    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
 
     if (s%full) then
       call full_reactions(model, system, form%whole, state, s)
     else
       call sum_supports(model, system, state, s)
     end if
-    associate (pseudo_step => s%pseudo_step)
-      pseudo_step%error = 0.0_wp
-      if (any(abs(s%total) > 0.0_wp)) pseudo_step%error = maxval(abs( &
-        pseudo_step%factor(1)*s%reaction(:, :, pseudo_step%slope(1)) &
-        + pseudo_step%factor(2)*s%reaction(:, :, &
-        pseudo_step%slope(2)) - s%total))/maxval(abs(s%total))
+    associate (euler => s%euler)
+      euler%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs(euler%factor(1)*s%reaction(:, :, &
+        euler%slope(1)) + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - &
+        s%total))/maxval(abs(s%total))
     end associate
   end subroutine add_reactions
 
