@@ -129,7 +129,7 @@ contains
     call set_up(run, context)
     if (is_passing(run%position)) return
     call form_residual(context%system, context%form, context%model%mesh%x)
-    call log_line(context%files%log, '  FORM: residual '// to_text(residual_norm(context%system, &
+    call log_line(context%files%log, '  FORM: residual '//to_text(residual_norm(context%system, &
       context%form), 6)//' at time '//to_text(run%pending_time, 12), error)
   end subroutine run_form
 

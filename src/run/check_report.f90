@@ -39,10 +39,10 @@ contains
       call outline_system(model, system, form, context%state)
       call check_supports(model, system, form, error=error)
       call print_line(context%terminal, trim(merge('the deck can be read ', &
-        'no errors in the deck', allocated(error)))//': '// count_noun(count(model%mesh%defined), &
-        'node')//', '// count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
-        count_noun(size(model%materials), 'material')//', '// count_noun(size(model%pairs), &
-        'contact pair')//', '// count_noun(count_steps(commands), 'output time'))
+        'no errors in the deck', allocated(error)))//': '//count_noun(count(model%mesh%defined), &
+        'node')//', '//count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
+        count_noun(size(model%materials), 'material')//', '//count_noun(size(model%pairs), &
+        'contact pair')//', '//count_noun(count_steps(commands), 'output time'))
       do k = 1, size(model%notes)
         call print_line(context%terminal, model%notes(k)%s)
       end do

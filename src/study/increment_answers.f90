@@ -142,7 +142,7 @@ contains
           end do
           do i = 1, condensed%n
             loaded(i, j) = loaded(i, j) + &
-              slope%stiffness(system%body%node_body(condensed%node(i))) *condensed%bulk%product(i)
+              slope%stiffness(system%body%node_body(condensed%node(i)))*condensed%bulk%product(i)
           end do
         end associate
       end do

@@ -230,7 +230,7 @@ contains
     t = 'error: out of memory while factorising '//to_text(equations)//' equations'
     if (whole%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
       to_text(equations)//' equations: it takes about '// &
-      memory_text(whole%solver%wanted)//', and '//memory_text(whole%solver%left)// ' are left'
+      memory_text(whole%solver%wanted)//', and '//memory_text(whole%solver%left)//' are left'
     t = t//nl//'  use a coarser mesh or a machine with more memory'
   end function memory_message
 

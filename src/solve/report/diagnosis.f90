@@ -88,9 +88,10 @@ contains
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
-    if (verdict%kind == statics_carried) text = text//nl// reserve_text(body_name(model, system, &
+    if (verdict%kind == statics_carried) text = text//nl//reserve_text(body_name(model, system, &
       max(verdict%body, 1)), verdict, verdict%friction >= least_used .and. all_slip(system, &
-      max(verdict%body, 1)), .not. all(model%pairs%mortar))
+      max(verdict%body, 1)), &
+      .not. all(model%pairs%mortar))
   end subroutine explain_failure
 
   !> What statics says of the loads of a time, or of the end time that it leads to; where places

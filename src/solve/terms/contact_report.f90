@@ -47,7 +47,7 @@ contains
     else
       t = point_line(model, system%u, worst_pair, worst - system%place%first_point(worst_pair) + &
         1, master_nodes(system%contact, worst), merge('stick', 'slip ', &
-        system%contact%status(worst) == status_stick))// ', residual '//to_text(largest, 4)
+        system%contact%status(worst) == status_stick))//', residual '//to_text(largest, 4)
     end if
   end function worst_contact
 
