@@ -58,7 +58,7 @@ contains
 
     call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
     call number_equations(model%conditions%restrained, system)
-    call fix_held(model, system)
+    call fix_held(model, system%equation, system%body)
     if (allocated(system%body%fixed)) call number_equations(model%conditions%restrained .or. &
       system%body%fixed, system)
     call start_rigid(model, system, state)

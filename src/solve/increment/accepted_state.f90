@@ -42,7 +42,7 @@ contains
       call take_sums(form%condensed)
     end if
     system%position%x_now = model%mesh%x + state%u
-    call settle_contact(model, system)
+    call settle_contact(model, system%contact, system%costs, system%position, system%place)
     call remember_bulk(system%bulk, model%mesh%x, system%u)
     call rest_solver(form%whole%solver)
   end subroutine accept

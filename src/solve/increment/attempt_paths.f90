@@ -71,7 +71,7 @@ contains
     if (which == start_other) call start_again(model, system, form, carried, monitor)
     if (which /= start_same) return
     call begin_touch_again(system%touch)
-    call begin_softening(model, system)
+    call begin_softening(model, system%softening)
     system%u = start
     call start_here(model, system, form, norm)
   end subroutine go_to_start

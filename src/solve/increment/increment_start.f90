@@ -46,7 +46,7 @@ contains
     real(wp) :: norm
 
     call begin_touch_again(system%touch)
-    call begin_softening(model, system)
+    call begin_softening(model, system%softening)
     if (associated(form%kind%begin_anew)) call form%kind%begin_anew(form)
     if (carried) then
       call take_along(system%u, system%position, system%tools)
@@ -100,7 +100,7 @@ contains
     end do
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
-    call begin_softening(model, system)
+    call begin_softening(model, system%softening)
     call start_bulk(state%u, system%bulk, system%inner, form)
     system%position%left = system%u
     system%position%carried = system%u
@@ -236,7 +236,7 @@ contains
     integer :: changes
 
     call return_rigid(system%u, system%tools)
-    call return_bulk(model%mesh%x, system, form)
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
     system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
       call restart_points(model, system%costs, system%position)

@@ -49,7 +49,7 @@ contains
     allocate (stiff(0))
     cut_at = system%position%x_ahead
     form%kind%near = .false.
-    call return_bulk(model%mesh%x, system, form)
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
     call form_bulk_force(model%mesh%x, system, form%whole)
     call load_contact(model, system)
     call couple_condensed(system, form)

@@ -16,6 +16,7 @@ module multiplier_motion
   use rigid_bodies, only: nothing_deforms
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: form_t, system_t
+  use element_lists, only: element_list_t
   use system_parts, only: contact_places_t
   use multiplier_types, only: multiplier_motion_t
   implicit none
@@ -87,7 +88,7 @@ contains
     real(wp) :: way(size(lack))
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system, anew)
+    call form_tangent_of_forces(model%mesh%x, system%contact, system%u, system%motion, anew)
     associate (motion => system%motion)
       call project(model, system%place, at, motion%force, lack)
       lack = lack - motion%start
@@ -157,24 +158,24 @@ contains
   end subroutine find_fields
 
   !> Forces of the points at the present iterate, and their derivatives.
-  subroutine form_tangent_of_forces(x, system, anew)
+  subroutine form_tangent_of_forces(x, contact, u, motion, anew)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! contact elements, u; gets motion
+    type(element_list_t), intent(in) :: contact !! contact elements
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(multiplier_motion_t), intent(inout) :: motion !! gets how forces depend on them
     logical, intent(in) :: anew !! or the derivatives stay what they are
     type(element_t) :: e
     integer :: k
 
-    associate (motion => system%motion)
-      do k = 1, system%contact%n
-        if (motion%scale(k) <= 0.0_wp) cycle
-        call shift_derivatives(system%contact, k, x, system%u, e)
-        motion%force(:, k) = e%stress(1:3)
-        if (.not. anew) cycle
-        motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
-        motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
-        motion%by_shift(:, :, k) = e%s(7:9, 1:3)
-      end do
-    end associate
+    do k = 1, contact%n
+      if (motion%scale(k) <= 0.0_wp) cycle
+      call shift_derivatives(contact, k, x, u, e)
+      motion%force(:, k) = e%stress(1:3)
+      if (.not. anew) cycle
+      motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
+      motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
+      motion%by_shift(:, :, k) = e%s(7:9, 1:3)
+    end do
   end subroutine form_tangent_of_forces
 
   !> P f: the multipliers that forces ask for.
@@ -270,7 +271,7 @@ contains
     integer :: k
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system, .true.)
+    call form_tangent_of_forces(model%mesh%x, system%contact, system%u, system%motion, .true.)
     call project(model, system%place, at, system%motion%force, multiplier)
     fit = .true.
     do k = 1, size(model%pairs)

@@ -7,7 +7,7 @@ module bulk_term
   use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_mean, d_own
   use bulk_laws, only: bulk_law
   use bulk_memory, only: memory_shape
-  use element_lists, only: allocate_bulk, bulk_list_t
+  use element_lists, only: allocate_bulk, bulk_list_t, volume_list_t
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
   use block_matrix, only: block_matrix_t, sum_absolute
@@ -18,7 +18,7 @@ module bulk_term
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: form_t, system_t
-  use system_parts, only: bulk_answer_t, whole_form_t
+  use system_parts, only: bulk_answer_t, whole_form_t, outer_t
   implicit none
   private
   public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
@@ -44,7 +44,8 @@ contains
     if (.not. system%bulk%linear) call locate_elements(form%whole%bulk_matrix, system%bulk)
     call end_cost(form%costs, cost_pattern)
     system%inner%bulk_force = 0.0_wp
-    call add_tangent_at(model%mesh%x, system%u, system, form)
+    call add_tangent_at(model%mesh%x, system%u, system%bulk, system%volumes, system%loads, &
+      system%inner, form)
     if (.not. system%bulk%linear) then
       allocate (system%inner%rows(3, 3, model%mesh%nodes))
       call sum_absolute(form%whole%bulk_matrix, system%inner%rows)
@@ -116,35 +117,41 @@ contains
   end function kinematics
 
   !> Tangent and force at a state.
-  subroutine form_tangent_at(x, u, system, form)
+  subroutine form_tangent_at(x, u, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
     type(form_t), intent(inout) :: form !! gets matrix
 
     form%whole%bulk_matrix%val = 0.0_wp
-    system%inner%bulk_force = 0.0_wp
-    call add_tangent_at(x, u, system, form)
+    inner%bulk_force = 0.0_wp
+    call add_tangent_at(x, u, bulk, volumes, loads, inner, form)
   end subroutine form_tangent_at
 
   !> Tangent and force at a state, added to what is there.
-  subroutine add_tangent_at(x, u, system, form)
+  subroutine add_tangent_at(x, u, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
     type(form_t), intent(inout) :: form !! gets matrix
 
     call begin_cost(form%costs, cost_bulk_tangent)
-    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
-      system%inner%inverted, form%whole%bulk_matrix)
-    if (system%inner%inverted == 0) then
-      call add_volume_forces(x, u, system%bulk, system%volumes, system%inner)
-      call add_volume_tangent(x, u, system, form%whole)
+    call assemble_bulk(bulk, x, u, inner%bulk_force, inner%bulk_energy, &
+      inner%inverted, form%whole%bulk_matrix)
+    if (inner%inverted == 0) then
+      call add_volume_forces(x, u, bulk, volumes, inner)
+      call add_volume_tangent(x, u, bulk, volumes, form%whole)
     end if
-    call add_springs(system%loads, form%whole)
-    call add_spring_forces(u, system%loads, system%inner)
-    call add_pressure_tangent(x, u, system%loads, form%whole)
-    call add_pressure_force(x, u, -1.0_wp, system%loads, system%inner%bulk_force)
+    call add_springs(loads, form%whole)
+    call add_spring_forces(u, loads, inner)
+    call add_pressure_tangent(x, u, loads, form%whole)
+    call add_pressure_force(x, u, -1.0_wp, loads, inner%bulk_force)
     call end_cost(form%costs, cost_bulk_tangent)
   end subroutine add_tangent_at
 
@@ -161,7 +168,7 @@ contains
     force = 0.0_wp
     form%whole%bulk_matrix%val = 0.0_wp
     call assemble_bulk(system%bulk, x, u, force, energy, inverted, form%whole%bulk_matrix)
-    if (inverted == 0) call add_volume_tangent(x, u, system, form%whole)
+    if (inverted == 0) call add_volume_tangent(x, u, system%bulk, system%volumes, form%whole)
     call add_springs(system%loads, form%whole)
     call end_cost(form%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
@@ -170,8 +177,7 @@ contains
   subroutine start_bulk(u, bulk, inner, form)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
-    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets u_start; linearised, near
-    !! of condensed
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets u_start, linearised
     type(form_t), intent(inout) :: form !! gets its kind
 
     if (bulk%linear) return
@@ -183,16 +189,18 @@ contains
   !> To the start of the increment, or back there: what is prescribed jumps, and may turn elements
   !! next to it inside out. So the bulk answers the jump by its tangent at the last state until a
   !! first step has been taken; where factors are near it answers as it is.
-  subroutine return_bulk(x, system, form)
+  subroutine return_bulk(x, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, bulk_start,
-    !! linearised
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_start, linearised
     type(form_t), intent(inout) :: form !! its kind given; gets matrix
 
-    if (system%bulk%linear .or. system%inner%linearised .or. form%kind%near) return
-    call form_tangent_at(x, system%inner%u_start, system, form)
-    system%inner%bulk_start = system%inner%bulk_force
-    system%inner%linearised = .true.
+    if (bulk%linear .or. inner%linearised .or. form%kind%near) return
+    call form_tangent_at(x, inner%u_start, bulk, volumes, loads, inner, form)
+    inner%bulk_start = inner%bulk_force
+    inner%linearised = .true.
   end subroutine return_bulk
 
   !> The start that has been chosen strains the bulk little, so that it can answer as it is.
@@ -220,7 +228,7 @@ contains
         system%inner%bulk_force)
       system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
-      call form_force_at(x, system%u, system)
+      call form_force_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner)
     end if
   end subroutine form_bulk_force
 
@@ -233,25 +241,27 @@ contains
     type(form_t), intent(inout) :: form !! trial given; gets matrix
 
     if (.not. system%bulk%linear) then
-      call form_force_at(x, form%trial, system)
+      call form_force_at(x, form%trial, system%bulk, system%volumes, system%loads, system%inner)
     else if (system%tools%unknowns > 0) then
       call multiply_bulk(system%equation, form%whole, form%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
   !> Internal force at a state.
-  subroutine form_force_at(x, u, system)
+  subroutine form_force_at(x, u, bulk, volumes, loads, inner)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, inverted
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force, bulk_energy,
+    !! inverted
 
-    system%inner%bulk_force = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
-      system%inner%inverted)
-    if (system%inner%inverted == 0) call add_volume_forces(x, u, system%bulk, system%volumes, &
-      system%inner)
-    call add_spring_forces(u, system%loads, system%inner)
-    call add_pressure_force(x, u, -1.0_wp, system%loads, system%inner%bulk_force)
+    inner%bulk_force = 0.0_wp
+    call assemble_bulk(bulk, x, u, inner%bulk_force, inner%bulk_energy, inner%inverted)
+    if (inner%inverted == 0) call add_volume_forces(x, u, bulk, volumes, inner)
+    call add_spring_forces(u, loads, inner)
+    call add_pressure_force(x, u, -1.0_wp, loads, inner%bulk_force)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.
@@ -261,7 +271,7 @@ contains
     type(form_t), intent(inout) :: form !! gets matrix
 
     if (system%bulk%linear .or. system%inner%linearised) return
-    call form_tangent_at(x, system%u, system, form)
+    call form_tangent_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner, form)
   end subroutine form_bulk_tangent
 
   !> What a linear bulk answers to a direction.

@@ -139,28 +139,30 @@ contains
     system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
       .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
     if (any(system%body%floating) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
-      system, k)
+      system%touch, system%body, system%position, k)
   end subroutine look_at_pair
 
   !> A body that contact alone holds and that lies on its master already, without a force so far,
   !! has touched it: all its way comes after the touch.
-  subroutine mark_resting(pair, system, k)
+  subroutine mark_resting(pair, touch, bodies, position, k)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(inout) :: system !! loses waits of touch
+    type(touch_t), intent(inout) :: touch !! first touches of the increment
+    type(bodies_t), intent(in) :: bodies !! connected bodies
+    type(positions_t), intent(in) :: position !! positions of the nodes
     integer, intent(in) :: k !! number of the pair
     real(wp) :: xi(2), gap
     integer :: p, body
 
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%target == 0) cycle
-      body = old_body(pair, system%body, p)
+      body = old_body(pair, bodies, p)
       associate (facet => pair%surface%facets(:, pair%history%old(p)%target))
-        if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
-        if (.not. any(system%body%floating([body, system%body%node_body(facet(1))]))) cycle
-        call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-          old_place(pair, system%position, p), xi, gap)
-        if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
-          system%touch%waits(body, k) = .false.
+        if (.not. (touch%waits(body, k) .and. touch%empty(body, k))) cycle
+        if (.not. any(bodies%floating([body, bodies%node_body(facet(1))]))) cycle
+        call project_on_master(pair, pair%history%old(p)%target, position%x_old, &
+          old_place(pair, position, p), xi, gap)
+        if (abs(gap) <= touching*facet_size(position%x_old(:, facet))) then
+          touch%waits(body, k) = .false.
         end if
       end associate
     end do
@@ -259,7 +261,7 @@ contains
     if (touches == 0) return
     call count_cost(system%costs, cost_touch, 1)
     system%touch%x_end = system%position%x_now
-    call find_free_way(model, system)
+    call find_free_way(model, system%equation, system%touch, system%body, system%position)
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) then
         if (model%pairs(k)%smooth) call find_shapes(model%pairs(k)%surface, system)
@@ -306,22 +308,24 @@ contains
 
   !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
   !! from that as the bodies carried rigidly do.
-  subroutine find_free_way(model, system)
+  subroutine find_free_way(model, equation, touches, body, position)
     type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! touch gets x_free
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(touch_t), intent(inout) :: touches !! first touches of the increment; gets x_free
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(positions_t), intent(in) :: position !! positions of the nodes
     real(wp), allocatable :: u(:, :), u_old(:, :)
     real(wp) :: ratio
 
-    associate (touch => system%touch, x => model%mesh%x)
-      touch%x_free = system%position%x_ahead
-      if (allocated(system%position%x_alone)) touch%x_free = system%position%x_alone
+    associate (touch => touches, x => model%mesh%x)
+      touch%x_free = position%x_ahead
+      if (allocated(position%x_alone)) touch%x_free = position%x_alone
       if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
       ratio = touch%span/touch%span_before
-      u_old = system%position%x_old - x
+      u_old = position%x_old - x
       u = touch%u_before
-      where (system%equation == 0) u = u_old
-      call carry_bodies(x, system%equation, system%body%node_body, system%body%bodies, &
-        touch%u_before, u)
+      where (equation == 0) u = u_old
+      call carry_bodies(x, equation, body%node_body, body%bodies, touch%u_before, u)
       touch%x_free = touch%x_free + ratio*(u_old - u)
     end associate
   end subroutine find_free_way

@@ -217,24 +217,25 @@ contains
   end subroutine add_volume_forces
 
   !> Adds their tangent to the bulk's matrix.
-  subroutine add_volume_tangent(x, u, system, whole)
+  subroutine add_volume_tangent(x, u, bulk, volumes, whole)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
-    type(system_t), intent(in) :: system !! the problem
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
     type(whole_form_t), intent(inout) :: whole !! gets bulk_matrix
-    real(wp), dimension(system%volumes%n) :: pressure, slope
+    real(wp), dimension(volumes%n) :: pressure, slope
     real(wp), allocatable :: b(:, :, :)
     real(wp) :: energy
     type(part_t) :: part
     integer :: e, a
 
-    if (system%volumes%n == 0) return
-    associate (list => system%volumes)
-      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
+    if (volumes%n == 0) return
+    associate (list => volumes)
+      call find_pressures(list, bulk%ix, x, u, pressure, slope, energy)
       allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
-        associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
+        associate (corners => list%corner(:, e), nodes => bulk%ix(:4, e))
           part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
           do a = 1, 4
             b(:, list%place(:, a, e), corners(a)) = b(:, list%place(:, a, e), corners(a)) &
@@ -244,7 +245,7 @@ contains
             *part%volume, part%c, nodes, whole)
         end associate
       end do
-      call add_products(slope/list%size, b, system%volumes, whole)
+      call add_products(slope/list%size, b, volumes, whole)
     end associate
   end subroutine add_volume_tangent
 
