@@ -10,7 +10,7 @@ module contact_cells
   use contact_types, only: pair_t, contact_point_t, cell_t
   use contact_points, only: count_points, first_cell, longest_facet
   use facet_clipping, only: cell_points
-  use facet_geometry, only: corners, facet_normal
+  use facet_geometry, only: corners, facet_normal, barycentric
   use cell_cutting, only: fresh_t, make_fresh, cut_facet, fit_in, slave_parts
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
@@ -250,7 +250,7 @@ contains
                             fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
       end if
       if (when == cut_after_solve .and. .not. stays) stays = &
-        has_moved_enough(pair, f, cells(first:last), fresh)
+        has_moved_enough(pair, f, x, cells(first:last), points(first:last)%target, fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
       stays = stays .and. last - first < room
       if (stays) then
@@ -278,17 +278,25 @@ contains
   end subroutine renew_cells
 
   !> A facet does not change its cells for ever: not often in an increment, and not back to those
-  !! that it has left last, as long as they cover what the master does.
-  pure logical function has_moved_enough(pair, f, present, fresh) result(enough)
+  !! that it has left last, as long as they cover what the master does, and lie over their targets.
+  pure logical function has_moved_enough(pair, f, x, present, target, fresh) result(enough)
     type(pair_t), intent(in) :: pair !! moves, left_cells
     integer, intent(in) :: f !! the slave facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     type(cell_t), intent(in) :: present(:) !! its points
+    integer, intent(in) :: target(:) !! and their targets
     type(fresh_t), intent(in) :: fresh !! its points if it is cut anew
     integer :: p
-    real(wp) :: same
+    real(wp) :: same, xi(2), gap
 
     enough = abs(sum(present%area) - sum(fresh%cell(:fresh%n)%area)) <= slipped* &
       pair%points%slave_area(f)
+    do p = 1, size(present)
+      if (.not. enough) return
+      if (target(p) == 0 .or. .not. pair%mortar) cycle
+      call project_on_master(pair, target(p), x, cell_position(pair, present(p), x), xi, gap)
+      enough = minval(barycentric(xi)) >= -slipped
+    end do
     if (.not. enough) return
     enough = pair%history%moves(f) >= merge(most_of_nodes, most_moves, pair%mortar)
     if (enough .or. .not. allocated(pair%history%left_cells(f)%cells)) return

@@ -30,9 +30,10 @@ module mortar_increment
   private
   public :: solve_mortar
 
-  !> The compliance serves on while two rounds leave no more than this share: what weights and
-  !! forces lack comes down in turn, so that one round tells little.
-  real(wp), parameter :: compliance_serves = 0.5_wp
+  !> The compliance serves on while so many pairs of rounds as the last one would be the last: they
+  !! cost what a new one does. What weights and forces lack comes down in turn: one round tells
+  !! little.
+  integer, parameter :: pairs_worth_one = 5
 
 contains
 
@@ -131,7 +132,8 @@ contains
           call show_all(model, system%contact, system%place)
           return
         end if
-        same = left <= compliance_serves*earlier
+        if (round == 2) earlier = norm2(system%contact_force)
+        same = left*(left/earlier)**pairs_worth_one <= allowed
         earlier = before
         before = left
       end if
