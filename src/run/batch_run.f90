@@ -6,7 +6,7 @@ module batch_run
   use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
-  use increments, only: look_for_strays
+  use lost_contact, only: look_for_strays
   use parallel, only: any_rank
   use linear_solver, only: solver_of, solver_auto
   use solver_choice, only: ask_for_solver
@@ -54,7 +54,7 @@ contains
     context%monitor%steps = count_steps(commands)
     context%system%spared = count([(.not. is_inside_due(context, k), k=1, context%monitor%steps)])
     skip = 0
-    call ask_for_solver(context%system%whole, solver_auto)
+    call ask_for_solver(context%form%whole, solver_auto)
     if (states%step > 0) then
       run%states = states
       run%goes_on = has_end_times(commands)
@@ -64,7 +64,7 @@ contains
       context%monitor%steps = context%monitor%steps - skip + states%step
       run = run_state_t()
       if (allocated(error)) deallocate (error)
-      call ask_for_solver(context%system%whole, solver_auto)
+      call ask_for_solver(context%form%whole, solver_auto)
     end if
     run%states = states
     run%goes_on = has_end_times(commands)
@@ -115,14 +115,12 @@ contains
         run%increment = command%v(1)
       case ('step')
         call close_increment(run, context, error)
-        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
-          error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, error)
         if (.not. allocated(error)) call run_steps(nint(command%v(1)), steps_on(commands, next), &
           run, context, error)
       case ('time')
         call close_increment(run, context, error)
-        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, &
-          error)
+        if (.not. allocated(error)) call check_increment(run%increment, run%position%clock, error)
         if (allocated(error)) return
         if (is_over(command%v(1), run)) then
           next = end_of_loop(commands, next)
@@ -141,11 +139,10 @@ contains
       case ('back')
         call run_back(command, run, context, error)
       case ('augm')
-        call run_augment(run, context%model, context%system, context%monitor)
+        call run_augment(run, context%model, context%system, context%form, context%monitor)
       case ('solv')
         if (command%solves) call run_tangent(run, context, error)
-        if (.not. command%solves) call ask_for_solver(context%system%whole, &
-          solver_of(command%option))
+        if (.not. command%solves) call ask_for_solver(context%form%whole, solver_of(command%option))
       case ('loop')
         turns(next) = 1
         if (nothing_to_do(run, command%v(1))) next = command%partner
@@ -229,16 +226,16 @@ contains
       end if
       if (any_rank(stop_requested())) then
         run%progress%outcome = outcome_stopped
-        call raise_outcome(context%model, context%system, context%state, run%progress, &
-          context%state%time, .false., error)
+        call raise_outcome(context%model, context%system, context%form, context%state, &
+          run%progress, context%state%time, .false., error)
         return
       end if
       context%monitor%step = context%state%step + 1
       context%system%inside_due = (k == n .and. .not. goes_on) .or. &
         is_inside_due(context, context%monitor%step)
       seconds = wall_seconds()
-      call advance(context%model, context%system, context%state, end_time, run%settings, &
-        context%monitor, error)
+      call advance(context%model, context%system, context%form, context%state, end_time, &
+        run%settings, context%monitor, error)
       if (allocated(error)) return
       call pass_end_time(run%position, end_time)
       call finish_step(run, seconds, context, error)
@@ -292,13 +289,13 @@ contains
       context%sensitivity)
     call keep_touches(context%model, context%touched)
     call begin_writing()
-    call write_row(context%files, context%model, context%system, context%state, run%increment, &
-      context%audit, derivatives, error)
+    call write_row(context%files, context%model, context%system, context%form, context%state, &
+      run%increment, context%audit, derivatives, error)
     if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%state, derivatives, error)
     call end_writing()
     context%system%inside_due = .true.
-    context%system%condensed%goes_on = context%model%output%state == state_none .or. &
+    context%form%condensed%goes_on = context%model%output%state == state_none .or. &
       .not. fields_due(context%model%output, context%state%step)
     if (allocated(context%monitor%trouble) .and. .not. allocated(error)) call move_alloc( &
       context%monitor%trouble, error)
@@ -308,7 +305,7 @@ contains
     line%time = context%state%time
     line%size = run%increment
     line%iterations = context%monitor%solves - context%monitor%solves_before
-    line%residual = norm2(context%system%right)
+    line%residual = norm2(context%form%right)
     line%seconds = wall_seconds() - seconds
     context%monitor%solves_before = context%monitor%solves
     call log_increment(context%files%log, line, error)
@@ -372,16 +369,17 @@ contains
       if (counts) call pass_end_time(run%position, run%pending_time)
       return
     end if
-    if (run%converged) call look_for_strays(context%model, context%system, run%progress)
+    if (run%converged) call look_for_strays(context%model, context%system, context%form, &
+      run%progress)
     if (.not. run%converged) run%progress%outcome = outcome_open
     if (any(run%progress%outcome == [outcome_open, outcome_through, outcome_thrown, &
       outcome_turned])) then
-      call raise_outcome(context%model, context%system, context%state, run%progress, &
+      call raise_outcome(context%model, context%system, context%form, context%state, run%progress, &
         run%pending_time, .false., error)
       return
     end if
-    call accept(context%model, context%system, context%state, run%pending_time)
-    call context%monitor%accepted(context%model, context%system, context%state)
+    call accept(context%model, context%system, context%form, context%state, run%pending_time)
+    call context%monitor%accepted(context%model, context%system, context%form, context%state)
     if (.not. counts) then
       context%monitor%solves_before = context%monitor%solves
       call audit_end_time(context, run%settings, error)

@@ -33,10 +33,10 @@ contains
     if (context%sensitivity%active) call keep_slopes(context%model, context%sensitivity, &
       context%state)
     call begin_writing()
-    call keep_state(run%states, command%text, context%model, context%system, context%state, &
-      run%increment, path, error)
+    call keep_state(run%states, command%text, context%model, context%system, context%form, &
+      context%state, run%increment, path, error)
     call end_writing()
-    context%system%condensed%goes_on = .false.
+    context%form%condensed%goes_on = .false.
     if (.not. allocated(error)) call log_line(context%files%log, '  state of time '// &
       to_text(context%state%time, 12)//' saved in '//path, error)
   end subroutine run_save
@@ -57,10 +57,11 @@ contains
     run%position%clock = saved%time
     if (is_passing(run%position)) return
     if (allocated(saved%note)) call context%monitor%warning(saved%note)
-    call take_state(saved, context%model, context%system, context%state)
-    call check_balance(path, context%model, context%system, context%state, saved, error)
+    call take_state(saved, context%model, context%system, context%form, context%state)
+    call check_balance(path, context%model, context%system, context%form, context%state, saved, &
+      error)
     if (context%sensitivity%active .and. .not. allocated(error)) call resume_slopes(path, &
-      context%model, context%system, context%state, context%sensitivity, error)
+      context%model, context%system%place, context%state, context%sensitivity, error)
     if (allocated(error)) return
     call log_line(context%files%log, '  back to the state of time '// &
       to_text(context%state%time, 12)//' in '//path, error)

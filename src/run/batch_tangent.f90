@@ -54,14 +54,14 @@ contains
     end if
     if (is_passing(run%position)) run%converged = .true.
     if (run%converged .or. run%started) return
-    associate (model => context%model, system => context%system, state => context%state, &
-               monitor => context%monitor)
+    associate (model => context%model, system => context%system, form => context%form, state => &
+      context%state, monitor => context%monitor)
       monitor%step = state%step + 1
-      call choose_solver(model, system, monitor)
+      call choose_solver(model, system, form, monitor)
       model%pairs%history%softened = .false.
       system%position%x_old = model%mesh%x + state%u
-      call choose_start(model, system, state, run%pending_time, monitor)
-      call system%form%couple(system)
+      call choose_start(model, system, form, state, run%pending_time, monitor)
+      call form%kind%couple(system, form)
       system%contact%slip_before = 0.0_wp
       run%started = .true.
     end associate
@@ -76,22 +76,21 @@ contains
 
     call set_up(run, context)
     if (run%converged) return
-    associate (model => context%model, system => context%system, state => context%state, &
-               monitor => context%monitor)
-      call estimate_round_off(system, model%mesh%x)
-      call iterate(model, system, run%pending_time, run%settings, monitor, &
-        run%progress)
+    associate (model => context%model, system => context%system, form => context%form, state => &
+      context%state, monitor => context%monitor)
+      call estimate_round_off(system, form, model%mesh%x)
+      call iterate(model, system, form, run%pending_time, run%settings, monitor, run%progress)
       if (run%progress%outcome == outcome_going_on) then
         if (any_rank(stop_requested())) run%progress%outcome = outcome_stopped
       end if
       if (run%progress%outcome /= outcome_going_on) then
-        call raise_outcome(model, system, state, run%progress, run%pending_time, .false., &
+        call raise_outcome(model, system, form, state, run%progress, run%pending_time, .false., &
           error)
         return
       end if
       ! at the start there may have been nothing to round
-      call estimate_round_off(system, model%mesh%x)
-      run%converged = is_converged(system, run%settings, run%progress)
+      call estimate_round_off(system, form, model%mesh%x)
+      run%converged = is_converged(system, form, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call settle_targets(run, context)
     end associate
@@ -104,18 +103,19 @@ contains
     type(context_t), target, intent(inout) :: context !! what the run works on
     integer :: pass
 
-    associate (model => context%model, system => context%system, monitor => context%monitor)
+    associate (model => context%model, system => context%system, form => context%form, &
+      monitor => context%monitor)
       do pass = 1, most_target_passes
-        call follow_solution(model, system, run%settings, monitor, run%progress, &
+        call follow_solution(model, system, form, run%settings, monitor, run%progress, &
           run%converged)
         if (run%converged) call settle_touches(model, system, monitor, run%converged)
         if (run%converged) return
         call load_contact(model, system)
-        call system%form%couple(system)
-        call form_residual(system, model%mesh%x)
+        call form%kind%couple(system, form)
+        call form_residual(system, form, model%mesh%x)
         run%progress%energy_met = .false.
-        call estimate_round_off(system, model%mesh%x)
-        if (.not. is_converged(system, run%settings, run%progress)) return
+        call estimate_round_off(system, form, model%mesh%x)
+        if (.not. is_converged(system, form, run%settings, run%progress)) return
       end do
     end associate
   end subroutine settle_targets
@@ -128,9 +128,9 @@ contains
 
     call set_up(run, context)
     if (is_passing(run%position)) return
-    call form_residual(context%system, context%model%mesh%x)
-    call log_line(context%files%log, '  FORM: residual '// &
-      to_text(residual_norm(context%system), 6)//' at time '//to_text(run%pending_time, 12), error)
+    call form_residual(context%system, context%form, context%model%mesh%x)
+    call log_line(context%files%log, '  FORM: residual '//to_text(residual_norm(context%system, &
+      context%form), 6)//' at time '//to_text(run%pending_time, 12), error)
   end subroutine run_form
 
   !> BACK[,,dt]: gives up the pending increment: time, displacements and contact history are those

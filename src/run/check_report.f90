@@ -35,16 +35,14 @@ contains
     type(estimate_t) :: estimate
     integer :: k
 
-    associate (model => context%model, system => context%system)
-      call outline_system(model, system, context%state)
-      call check_supports(model, system, error=error)
+    associate (model => context%model, system => context%system, form => context%form)
+      call outline_system(model, system, form, context%state)
+      call check_supports(model, system, form, error=error)
       call print_line(context%terminal, trim(merge('the deck can be read ', &
-        'no errors in the deck', allocated(error)))//': '// &
-        count_noun(count(model%mesh%defined), 'node')//', '// &
-        count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
-        count_noun(size(model%materials), 'material')//', '// &
-        count_noun(size(model%pairs), 'contact pair')//', '// &
-        count_noun(count_steps(commands), 'output time'))
+        'no errors in the deck', allocated(error)))//': '//count_noun(count(model%mesh%defined), &
+        'node')//', '//count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
+        count_noun(size(model%materials), 'material')//', '//count_noun(size(model%pairs), &
+        'contact pair')//', '//count_noun(count_steps(commands), 'output time'))
       do k = 1, size(model%notes)
         call print_line(context%terminal, model%notes(k)%s)
       end do
@@ -53,7 +51,7 @@ contains
         call context%monitor%warning(model%warnings(k)%s)
       end do
       call report_gaps(context, .true.)
-      if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
+      if (.not. allocated(error)) call check_supports(model, system, form, context%monitor, error)
       call begin_audit(model, system, context%state, context%audit)
       do k = 1, size(warned_checks)
         if (context%audit%verdict(warned_checks(k)) == verdict_warning) then
@@ -67,7 +65,7 @@ contains
       call start_blas(no_memory)
       if (count_ranks() > 1) return
       if (allocated(error) .or. allocated(no_memory)) return
-      call estimate_run(model, system, count_steps(commands), estimate)
+      call estimate_run(model, system, form, count_steps(commands), estimate)
       call tell_estimate(estimate, context%terminal)
       if (estimate%memory > memory_left()) call context%monitor%warning('the run may need more '// &
         'memory than the '//memory_text(memory_left())//' that there are: make the mesh '// &

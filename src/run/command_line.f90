@@ -185,8 +185,7 @@ contains
       'it the last one is taken', name, options%step, error)
     if (name == '--threads') call take_count(value, 'number of threads, 1 or more', name, &
       options%threads, error)
-    if (name == '--threads' .and. .not. allocated(error)) call check_threads(options%threads, &
-      error)
+    if (name == '--threads' .and. .not. allocated(error)) call check_threads(options%threads, error)
     if (name == '--solver') call take_solver(value, options%solver, error)
     if (name == '--log') then
       options%log_level = log_level(value)

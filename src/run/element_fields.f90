@@ -7,6 +7,7 @@ module element_fields
   use mesh_types, only: mesh_t
   use recovery, only: recovery_t, prepare_recovery, recover_at_nodes
   use system_types, only: system_t, state_t
+  use element_lists, only: bulk_list_t
   use audit_types, only: audit_t
   use model_types, only: model_t
   use body_fields, only: fields_of_bodies, n_body_fields
@@ -55,13 +56,13 @@ contains
     if (any(due)) allocate (stress(6, system%bulk%n))
     if (any(due .and. fields_of_bodies%word == 'strain')) allocate (strain(6, system%bulk%n))
     wanted = any(due .and. fields_of_bodies%at_nodes)
-    if (wanted) call make_way(model%mesh, system, nodal)
+    if (wanted) call make_way(model%mesh, system%bulk, nodal)
     if (wanted .and. allocated(nodal%even)) then
       call find_element_fields(system, model%mesh%x, state%u, stress, strain, audit, nodal)
     else
       call find_element_fields(system, model%mesh%x, state%u, stress, strain, audit)
     end if
-    if (wanted) call fill_nodes(model%mesh, system, stress, strain, nodal)
+    if (wanted) call fill_nodes(model%mesh, system%bulk, stress, strain, nodal)
   end subroutine recover_fields
 
   !> Stress at all nodes, for who wants it once.
@@ -73,36 +74,36 @@ contains
     real(wp), allocatable :: stress(:, :), strain(:, :)
 
     allocate (stress(6, system%bulk%n))
-    call make_way(mesh, system, nodal)
+    call make_way(mesh, system%bulk, nodal)
     if (allocated(nodal%even)) then
       call find_element_fields(system, mesh%x, u, stress, strain, nodal=nodal)
     else
       call find_element_fields(system, mesh%x, u, stress)
     end if
-    call fill_nodes(mesh, system, stress, strain, nodal)
+    call fill_nodes(mesh, system%bulk, stress, strain, nodal)
   end subroutine find_nodal_fields
 
   !> The way from elements to nodes, which does not change in a run.
-  subroutine make_way(mesh, system, nodal)
+  subroutine make_way(mesh, bulk, nodal)
     type(mesh_t), intent(in) :: mesh !! the mesh
-    type(system_t), intent(in) :: system !! elements
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
     type(nodal_fields_t), intent(inout) :: nodal !! gets way, points
 
     if (allocated(nodal%way)) return
     allocate (nodal%way)
-    call prepare_recovery(nodal%way, mesh, system%bulk, .false.)
-    if (.not. any(system%bulk%nel > 4 .and. system%bulk%routine /= routine_none)) return
+    call prepare_recovery(nodal%way, mesh, bulk, .false.)
+    if (.not. any(bulk%nel > 4 .and. bulk%routine /= routine_none)) return
     allocate (nodal%points(n_sample, size(nodal%way%place, 2)))
-    allocate (nodal%even(2, system%bulk%n), source=0.0_wp)
-    if (.not. any(system%bulk%d(d_mean, :) > 0.0_wp)) return
+    allocate (nodal%even(2, bulk%n), source=0.0_wp)
+    if (.not. any(bulk%d(d_mean, :) > 0.0_wp)) return
     allocate (nodal%even_way)
-    call prepare_recovery(nodal%even_way, mesh, system%bulk, .true.)
+    call prepare_recovery(nodal%even_way, mesh, bulk, .true.)
   end subroutine make_way
 
   !> Stress, and strain if that of the elements is there, at the nodes.
-  subroutine fill_nodes(mesh, system, stress, strain, nodal)
+  subroutine fill_nodes(mesh, bulk, stress, strain, nodal)
     type(mesh_t), intent(in) :: mesh !! the mesh
-    type(system_t), intent(in) :: system !! elements
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
     real(wp), allocatable, intent(in) :: stress(:, :) !! (6, elements)
     real(wp), allocatable, intent(in) :: strain(:, :) !! (6, elements) if it is wanted
     type(nodal_fields_t), intent(inout) :: nodal !! gets values
@@ -112,7 +113,7 @@ contains
     n = merge(n_sample, 6, allocated(strain))
     allocate (nodal%values(n, mesh%nodes))
     if (.not. allocated(nodal%points)) allocate (nodal%points(n, size(nodal%way%place, 2)))
-    do e = 1, system%bulk%n
+    do e = 1, bulk%n
       k = nodal%way%first(e)
       if (nodal%way%first(e + 1) /= k + 1) cycle
       nodal%points(:6, k) = stress(:, e)

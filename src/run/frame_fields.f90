@@ -51,9 +51,8 @@ contains
     if (size(model%pairs) > 0) frame%motion = state%u
     frame%began = state%began
     do k = 1, size(model%pairs)
-      call fill_points(model%pairs(k), model%mesh%x, state%u, &
-        point_state(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), &
-          frame%pairs(k))
+      call fill_points(model%pairs(k), model%mesh%x, state%u, point_state(:, &
+        system%place%first_point(k):system%place%first_point(k + 1) - 1), frame%pairs(k))
       call fill_begin(model%pairs(k), system, k, frame%pairs(k))
     end do
   end subroutine fill_frame
@@ -224,9 +223,8 @@ contains
         call project_on_master(pair, points%target(p), x, y, xi, points%gap(p))
         frame = facet_frame(x(:, corners))
         points%normal(:, p) = frame(:, 3)
-        call find_axes(point_parameters(pair, p, points%target(p)), &
-          x(:, corners(1)) - x(:, corners(3)), x(:, corners(2)) - x(:, corners(3)), frame(:, 3), &
-          xi, y, axes)
+        call find_axes(point_parameters(pair, p, points%target(p)), x(:, corners(1)) - x(:, &
+          corners(3)), x(:, corners(2)) - x(:, corners(3)), frame(:, 3), xi, y, axes)
         points%lay(:, p) = axes%p(:, 1)
       end associate
     end do

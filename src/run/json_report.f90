@@ -85,9 +85,8 @@ contains
       return
     end if
     first = index(error%message//new_line('a'), new_line('a')) - 1
-    call print_record('end', item('code', code)//item('reason', reason_of(code))// &
-      item('what', error%message(:first))//item('more', error%message(min(first + 2, &
-      len(error%message) + 1):)))
+    call print_record('end', item('code', code)//item('reason', reason_of(code))//item('what', &
+      error%message(:first))//item('more', error%message(min(first + 2, len(error%message) + 1):)))
   end subroutine tell_end
 
   !> A word for an exit code.

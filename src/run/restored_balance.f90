@@ -18,7 +18,7 @@ module restored_balance
   use scene_marks, only: mark_scene, mark_time
   use smooth_normals, only: renew_patches
   use full_form, only: full_form_of_system
-  use system_types, only: form_t, system_t, state_t
+  use system_types, only: form_t, form_kind_t, system_t, state_t
   implicit none
   private
   public :: check_time, check_balance, residual_share_of
@@ -45,21 +45,22 @@ contains
 
   !> Refuses a state that is not in balance with the loads, supports, materials and pairs that it
   !! was written with. Where the deck has others now, nothing can be said.
-  subroutine check_balance(path, model, system, state, saved, error)
+  subroutine check_balance(path, model, system, form, state, saved, error)
     character(*), intent(in) :: path !! the file it was read from
     type(model_t), intent(inout) :: model !! pairs with the points of the state
     type(system_t), intent(inout) :: system !! residual and contact elements are overwritten
+    type(form_t), intent(inout) :: form !! gets its kind
     type(state_t), intent(in) :: state !! the state, taken
     type(saved_state_t), intent(in) :: saved !! the same as read
     type(error_t), allocatable, intent(out) :: error !! it is not in balance
     real(wp) :: share, support
-    type(form_t) :: own
+    type(form_kind_t) :: own
     integer :: k
 
     if (any(saved%scene(1:2) /= mark_scene(model, system, saved%time))) return
-    own = system%form
-    system%form = full_form_of_system()
-    call form_state(model, system, state)
+    own = form%kind
+    form%kind = full_form_of_system()
+    call form_state(model, system, form, state)
     share = least_balance
     do k = 1, size(model%pairs)
       if (model%pairs(k)%mortar) share = max(share, least_augmented)
@@ -70,20 +71,21 @@ contains
     share = share*computed_forces(system) + over_left*system%scale%round_off
     support = norm2(merge(state%reaction - system%inner%bulk_force - system%contact_force &
       + system%loads%external, 0.0_wp, system%equation == 0))
-    if (residual_norm(system) > share) then
-      call refuse(path, saved, 'its residual is '//to_text(residual_norm(system), 3)// &
+    if (residual_norm(system, form) > share) then
+      call refuse(path, saved, 'its residual is '//to_text(residual_norm(system, form), 3)// &
         ', where forces are '//to_text(computed_forces(system), 3), error)
     else if (support > share) then
       call refuse(path, saved, 'its reactions differ by '//to_text(support, 3)// &
         ' from the forces of its displacements, '//to_text(computed_forces(system), 3), error)
     end if
-    system%form = own
+    form%kind = own
   end subroutine check_balance
 
   !> The residual at a state as it stands.
-  subroutine form_state(model, system, state)
+  subroutine form_state(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
     type(system_t), intent(inout) :: system !! gets residual, forces, round_off
+    type(form_t), intent(inout) :: form !! its kind
     type(state_t), intent(in) :: state !! the state
     integer :: k
 
@@ -98,16 +100,17 @@ contains
         first_raise(model%pairs(k))
     end do
     call load_contact(model, system)
-    call form_residual(system, model%mesh%x)
-    call add_multipliers(model, system)
-    call estimate_round_off(system, model%mesh%x)
+    call form_residual(system, form, model%mesh%x)
+    call add_multipliers(model, system, form)
+    call estimate_round_off(system, form, model%mesh%x)
   end subroutine form_state
 
   !> With MORTar: the forces of multipliers and of other points, weighed at the state, in the place
   !! of those of the contact elements.
-  subroutine add_multipliers(model, system)
+  subroutine add_multipliers(model, system, form)
     type(model_t), intent(in) :: model !! pairs with the multipliers of the state
     type(system_t), intent(inout) :: system !! contact elements; gets contact_force, right
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(mortar_t) :: nodes
     integer :: k
 
@@ -121,7 +124,7 @@ contains
         call add_forces(nodes, system%contact_force)
       end associate
     end do
-    call system%form%gather(system, 0.0_wp, .false.)
+    call form%kind%gather(system, form, 0.0_wp, .false.)
   end subroutine add_multipliers
 
   !> Norm of loads, contact forces and forces of the supports as they follow from displacements.
@@ -133,11 +136,13 @@ contains
   end function computed_forces
 
   !> What the residual of an accepted state was, over the force scale.
-  pure real(wp) function residual_share_of(system) result(share)
+  pure real(wp) function residual_share_of(system, form) result(share)
     type(system_t), intent(in) :: system !! as accepted
+    type(form_t), intent(in) :: form !! its kind
 
     share = 0.0_wp
-    if (force_scale(system) > 0.0_wp) share = residual_norm(system)/force_scale(system)
+    if (force_scale(system%scale) > 0.0_wp) share = residual_norm(system, &
+      form)/force_scale(system%scale)
   end function residual_share_of
 
   !> Says that a state cannot be taken, and why.

@@ -6,14 +6,13 @@ module run_audit
   use text, only: to_text
   use costs, only: begin_cost, end_cost, cost_audit
   use audit_types, only: audit_t, n_checks, check_balance, check_turning, check_volume, &
-    check_answers, &
-    verdict_warning, verdict_failed
+    check_answers, verdict_warning, verdict_failed
   use audit, only: audit_state
   use answers_audit, only: judge_answers
   use audit_text, only: audit_table, audit_record, audit_warning, audit_finding, &
     balance_message, shape_message
   use accepted_state, only: complete_state
-  use system_types, only: settings_t
+  use newton_settings, only: settings_t
   use element_types, only: task_stress
   use assembly, only: recover
   use mortar_rows, only: fill_mortar_points
@@ -35,7 +34,8 @@ contains
     real(wp) :: before
     logical :: full, last
 
-    associate (audit => context%audit, model => context%model, system => context%system)
+    associate (audit => context%audit, model => context%model, system => context%system, &
+      form => context%form)
       call begin_cost(system%costs, cost_audit)
       before = audit%time
       last = context%state%step == context%monitor%steps
@@ -46,8 +46,7 @@ contains
       call audit_whole(context, settings, last)
       call recover_fields(model, system, context%state, last, context%files%stress, &
         context%files%strain, context%files%nodal, audit)
-      full = full .or. any(audit%verdict == verdict_failed) .or. &
-        context%files%log%level == log_full
+      full = full .or. any(audit%verdict == verdict_failed) .or. context%files%log%level == log_full
       call context%monitor%event(audit_table(model, system, audit, full))
       if (context%terminal%json) call print_record('audit', audit_record(model, system, audit))
       call tell_warnings(context)
@@ -69,18 +68,19 @@ contains
     logical, intent(in) :: last !! end time of the run
     type(audit_t), allocatable :: before
 
-    associate (audit => context%audit, model => context%model, system => context%system)
+    associate (audit => context%audit, model => context%model, system => context%system, &
+      form => context%form)
       if (.not. context%state%whole) before = audit
-      call audit_state(model, system, context%state, settings, context%files%point_state, last, &
-        audit)
+      call audit_state(model, system, form, context%state, settings, context%files%point_state, &
+        last, audit)
       if (context%state%whole .or. audit%verdict(check_balance) /= verdict_failed) return
       audit = before
-      call complete_state(model, system, context%state)
+      call complete_state(model, system, form, context%state)
       call recover(system%contact, task_stress, model%mesh%x, context%state%u, &
         context%files%point_state)
       call fill_mortar_points(model, system, context%files%point_state)
-      call audit_state(model, system, context%state, settings, context%files%point_state, last, &
-        audit)
+      call audit_state(model, system, form, context%state, settings, context%files%point_state, &
+        last, audit)
     end associate
   end subroutine audit_whole
 
@@ -96,7 +96,7 @@ contains
       t = 'answers: no output time has been solved since the state was taken'
     else
       audit = context%audit
-      call judge_answers(context%model, context%system, context%state, &
+      call judge_answers(context%model, context%system, context%form, context%state, &
         context%files%point_state, .true., .true., audit)
       t = audit_finding(context%model, context%system, audit, check_answers)
     end if

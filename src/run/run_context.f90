@@ -1,7 +1,7 @@
 !> All that a run works on, in one piece for the commands behind BATCh.
 module run_context
   use model_types, only: model_t
-  use system_types, only: system_t, state_t
+  use system_types, only: system_t, form_t, state_t
   use audit_types, only: audit_t
   use run_files, only: run_files_t
   use run_monitor, only: run_monitor_t
@@ -16,6 +16,7 @@ module run_context
   type :: context_t
     type(model_t) :: model !! the problem
     type(system_t) :: system !! the discrete system and its current iterate
+    type(form_t) :: form !! how its equations are held
     type(state_t) :: state !! the converged state
     type(audit_t) :: audit !! what each end time is held against
     type(run_files_t) :: files !! log, tables and results

@@ -15,7 +15,7 @@ module run_estimate
   use condensed_types, only: condensed_t
   use system_building, only: fill_system
   use model_types, only: model_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use terminal, only: terminal_t, print_line
   implicit none
   private
@@ -39,33 +39,35 @@ module run_estimate
 contains
 
   !> Foresees a run. The condensed form of the system is used for that and dropped.
-  subroutine estimate_run(model, system, end_times, estimate)
+  subroutine estimate_run(model, system, form, end_times, estimate)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! its outline; gets the matrix of the bulk
+    type(form_t), intent(inout) :: form !! gets condensed, its kind, matrix
     integer, intent(in) :: end_times !! of the deck
     type(estimate_t), intent(out) :: estimate !! what it will take
 
-    call fill_system(model, system)
-    allocate (system%condensed%candidate(model%mesh%nodes), source=.false.)
-    call foresee_candidates(model, system, system%condensed%candidate)
-    where (.not. any(system%equation > 0, 1)) system%condensed%candidate = .false.
+    call fill_system(model, system, form)
+    allocate (form%condensed%candidate(model%mesh%nodes), source=.false.)
+    call foresee_candidates(model, system, form%condensed%candidate)
+    where (.not. any(system%equation > 0, 1)) form%condensed%candidate = .false.
     estimate%end_times = end_times
     estimate%unknowns = system%equations
-    estimate%interface = count(system%equation > 0 .and. spread(system%condensed%candidate, 1, 3))
-    if (foresee_choice(model, system) == solver_reduced .and. system%equations > 0) &
-      estimate%condensed = system%whole%asked == solver_reduced .or. &
-      dense_share(model, system) <= 1.0_wp
-    if (.not. estimate%condensed) system%condensed%candidate = .false.
-    call add_bodies(model, system, estimate)
-    system%condensed = condensed_t()
+    estimate%interface = count(system%equation > 0 .and. spread(form%condensed%candidate, 1, 3))
+    if (foresee_choice(model, system, form) == solver_reduced .and. system%equations > 0) &
+      estimate%condensed = form%whole%asked == solver_reduced .or. &
+      dense_share(model, system, form%condensed) <= 1.0_wp
+    if (.not. estimate%condensed) form%condensed%candidate = .false.
+    call add_bodies(model, system, form, estimate)
+    form%condensed = condensed_t()
     call foresee_files(model, estimate)
     estimate%rate = measured_rate()
   end subroutine estimate_run
 
   !> Memory and operations of all bodies.
-  subroutine add_bodies(model, system, estimate)
+  subroutine add_bodies(model, system, form, estimate)
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! with candidates, if it is condensed
+    type(system_t), intent(in) :: system !! with candidates, if it is condensed
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(estimate_t), intent(inout) :: estimate !! gets factor, operator, memory, once, increment
     !> Measured over 20 decks: program and libraries, and what is kept for a node [byte]; linear
     !! solves of an increment (1 to 13); memory and work of an unsymmetric factor with contact over
@@ -77,11 +79,11 @@ contains
     real(wp) :: needed, work, entries, rows
     integer :: b, m
 
-    allocate (system%condensed%bodies(system%body%bodies))
-    system%condensed%rigid%x = model%mesh%x
+    allocate (form%condensed%bodies(system%body%bodies))
+    form%condensed%rigid%x = model%mesh%x
     rows = 0.0_wp
     do b = 1, system%body%bodies
-      call foresee_body(system, b, needed, work, entries, m)
+      call foresee_body(system, form, b, needed, work, entries, m)
       estimate%operator = estimate%operator + 8.0_wp*real(m, wp)**2
       estimate%factor = estimate%factor + needed - 8.0_wp*real(m, wp)**2
       estimate%once = estimate%once + work
@@ -91,7 +93,7 @@ contains
     if (estimate%condensed) then
       estimate%increment = estimate%increment + mean_solves*(rows + contact_work(model, estimate))
     else
-      if (foresee_choice(model, system) == solver_umfpack .or. size(model%pairs) > 0) then
+      if (foresee_choice(model, system, form) == solver_umfpack .or. size(model%pairs) > 0) then
         estimate%factor = unsymmetric*estimate%factor
         estimate%once = unsymmetric*estimate%once
       end if

@@ -12,10 +12,11 @@ module run_files
   use contact_points, only: count_points, point_field
   use slave_points, only: lift_forces
   use smooth_patch, only: patch_frame
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use system_parts, only: contact_places_t
   use audit_types, only: audit_t
   use body_measures, only: lever_ends
-  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush
+  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush, cost_t
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
     write_rows, close_table
@@ -115,10 +116,11 @@ contains
   end subroutine create_points
 
   !> Writes and flushes the rows of an end time.
-  subroutine write_row(files, model, system, state, increment, audit, derivatives, error)
+  subroutine write_row(files, model, system, form, state, increment, audit, derivatives, error)
     type(run_files_t), intent(inout) :: files !! open files, fields recovered
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
+    type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
     type(audit_t), intent(in) :: audit !! its audit
@@ -137,7 +139,7 @@ contains
       if (state%whole) then
         row%reactions(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
       else
-        row%reactions(:, k) = system%condensed%sums%value(3*k - 2:3*k)
+        row%reactions(:, k) = form%condensed%sums%value(3*k - 2:3*k)
       end if
     end do
     if (size(model%pairs) > 0) ends = lever_ends(model%mesh%x, state%u, system)
@@ -151,20 +153,20 @@ contains
     if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
       files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
       model%output%history(k)%node), k=1, size(model%output%history))], error)
-    if (.not. allocated(error)) call write_point_rows(files, model, system, state, error)
+    if (.not. allocated(error)) call write_point_rows(files, model, system%place, state, error)
     if (.not. allocated(error) .and. allocated(row%rigid)) call write_rows(files%rigid, &
       state%step, state%time, row%rigid, error)
-    if (.not. allocated(error)) call write_fields(files, model, system, state, increment, row, &
-      audit, error)
+    if (.not. allocated(error)) call write_fields(files, model, system, form, state, increment, &
+      row, audit, error)
     system%costs%count(cost_flush) = files%results%file%flushes + files%surfaces%file%flushes
     call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends the rows of the table of contact points.
-  subroutine write_point_rows(files, model, system, state, error)
+  subroutine write_point_rows(files, model, place, state, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(in) :: system !! contact elements
+    type(contact_places_t), intent(in) :: place !! contact elements
     type(state_t), intent(in) :: state !! the converged state
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(point_fields_t) :: points
@@ -173,9 +175,8 @@ contains
 
     do i = 1, size(model%output%points)
       k = model%output%points(i)
-      call fill_points(model%pairs(k), model%mesh%x, state%u, &
-        files%point_state(:, system%place%first_point(k):system%place%first_point(k + 1) - 1), &
-          points)
+      call fill_points(model%pairs(k), model%mesh%x, state%u, files%point_state(:, &
+        place%first_point(k):place%first_point(k + 1) - 1), points)
       call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
       call write_points(files%points, state%step, state%time, i, rows, error)
       if (allocated(error)) return
@@ -183,10 +184,11 @@ contains
   end subroutine write_point_rows
 
   !> Appends fields and state to the results, those that are due and asked for.
-  subroutine write_fields(files, model, system, state, increment, row, audit, error)
+  subroutine write_fields(files, model, system, form, state, increment, row, audit, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! cost table
+    type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
     type(end_row_t), intent(in) :: row !! sums of the end time
@@ -206,7 +208,7 @@ contains
     if (model%output%state == state_none) then
       call append_results(files%results, model, row, audit, frame, error=error)
     else
-      call fill_state(model, system, state, increment, saved)
+      call fill_state(model, system, form, state, increment, saved)
       call append_results(files%results, model, row, audit, frame, saved, error)
     end if
     if (allocated(error) .or. .not. allocated(frame%motion)) return
@@ -316,9 +318,10 @@ contains
   end function lumped_friction
 
   !> What a restart needs.
-  subroutine fill_state(model, system, state, increment, saved)
+  subroutine fill_state(model, system, form, state, increment, saved)
     type(model_t), intent(in) :: model !! contact history
     type(system_t), intent(in) :: system !! pattern of its matrix
+    type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! increment of time
     type(saved_state_t), intent(out) :: saved !! the state
@@ -331,16 +334,15 @@ contains
     saved%reaction = state%reaction
     saved%rigid = state%rigid
     saved%scene = [mark_scene(model, system, state%time), mark_time(state%time)]
-    saved%residual = residual_share_of(system)
-    if (.not. system%form%knows_inside .and. allocated(system%condensed%outer%kept)) then
-      saved%candidate = merge(1, 0, system%condensed%candidate)
-      saved%contact_force = system%condensed%outer%kept
-    else if (system%form%inexact) then
-      saved%candidate = merge(1, 0, system%condensed%candidate)
+    saved%residual = residual_share_of(system, form)
+    if (.not. form%kind%knows_inside .and. allocated(form%condensed%outer%kept)) then
+      saved%candidate = merge(1, 0, form%condensed%candidate)
+      saved%contact_force = form%condensed%outer%kept
+    else if (form%kind%inexact) then
+      saved%candidate = merge(1, 0, form%condensed%candidate)
       saved%contact_force = 0.0_wp*state%u
-      saved%factor_aging = [system%condensed%aging, real(system%condensed%refusals, wp)]
-      if (allocated(system%condensed%made_at)) saved%factor_displacement = &
-        system%condensed%made_at
+      saved%factor_aging = [form%condensed%aging, real(form%condensed%refusals, wp)]
+      if (allocated(form%condensed%made_at)) saved%factor_displacement = form%condensed%made_at
     end if
     if (allocated(system%touch%u_before)) then
       saved%span_before = system%touch%span_before
@@ -361,14 +363,14 @@ contains
   end subroutine fill_state
 
   !> Closes whatever is open; the first trouble is reported.
-  subroutine close_files(files, system, error)
+  subroutine close_files(files, costs, error)
     type(run_files_t), intent(inout) :: files !! the files
-    type(system_t), intent(in) :: system !! cost table
+    type(cost_t), intent(in) :: costs !! cost table
     type(error_t), allocatable, intent(out) :: error !! file trouble
     type(error_t), allocatable :: next
 
     if (.not. files%open) return
-    if (this_rank() == 0) call close_results(files%results, system%costs, error)
+    if (this_rank() == 0) call close_results(files%results, costs, error)
     if (this_rank() == 0) call close_contact_file(files%surfaces, next)
     if (.not. allocated(error)) call move_alloc(next, error)
     call close_table(files%reactions, next)

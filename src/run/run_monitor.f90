@@ -8,7 +8,7 @@ module run_monitor
   use json_lines, only: item, print_record
   use errors, only: raise, exit_no_convergence
   use model_types, only: model_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   use sensitivity_types, only: sensitivity_t
   use sensitivities, only: follow_increment
   use run_log, only: log_t, log_iteration_t, log_increment_t, log_iteration, log_line, &
@@ -142,19 +142,20 @@ contains
   end subroutine take_cut
 
   !> Takes the derivatives through an increment that has been accepted.
-  subroutine take_accepted(self, model, system, state)
+  subroutine take_accepted(self, model, system, form, state)
     class(run_monitor_t), intent(inout) :: self !! the receiver
     type(model_t), intent(in) :: model !! with its new history
     type(system_t), intent(inout) :: system !! as it was solved
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(in) :: state !! the new state
     type(error_t), allocatable :: error
     character(:), allocatable :: trouble
 
     if (.not. associated(self%sensitivity)) return
-    call follow_increment(model, system, state, self%sensitivity, trouble)
+    call follow_increment(model, system, form, state, self%sensitivity, trouble)
     if (len(trouble) == 0) then
       call self%detail('  derivatives: penalties, moduli and forces make the reactions to '// &
-        to_text(self%sensitivity%pseudo_step%error, 2)//' (Euler), '// &
+        to_text(self%sensitivity%euler%error, 2)//' (Euler), '// &
         count_noun(sum(self%sensitivity%kinks), 'point')//' at a border')
       return
     end if

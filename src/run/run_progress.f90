@@ -1,7 +1,7 @@
 !> Where a run stands between two solution commands.
 module run_progress
   use kinds, only: wp
-  use system_types, only: settings_t
+  use newton_settings, only: settings_t
   use newton, only: newton_t
   use augmentation, only: augmentation_t
   use batch_position, only: position_t

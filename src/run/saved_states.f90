@@ -8,7 +8,7 @@ module saved_states
   use version, only: program_version
   use kinds, only: wp
   use model_types, only: model_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   use contact_cells, only: begin_cells
   use mortar_types, only: multipliers_of
   use form_choice, only: take_full_form
@@ -42,11 +42,12 @@ module saved_states
 contains
 
   !> SAVE: writes the present state to its file; returns the file's name.
-  subroutine keep_state(states, name, model, system, state, increment, path, error)
+  subroutine keep_state(states, name, model, system, form, state, increment, path, error)
     type(saved_states_t), intent(in) :: states !! where to
     character(*), intent(in) :: name !! name of the state, may be empty
     type(model_t), intent(in) :: model !! contact history
     type(system_t), intent(in) :: system !! pattern of its matrix
+    type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! DT
     character(:), allocatable, intent(out) :: path !! the file
@@ -54,7 +55,7 @@ contains
     type(saved_state_t) :: saved
 
     path = file_of(states%base, name)
-    call fill_state(model, system, state, increment, saved)
+    call fill_state(model, system, form, state, increment, saved)
     saved%step = max(1, saved%step)
     if (this_rank() == 0) call save_state(path, model, saved, 'mfec '//program_version, error)
     ! nobody reads it before it is there
@@ -80,10 +81,11 @@ contains
   end subroutine read_kept_state
 
   !> Makes a saved state the present one; the number of its step is left to the caller.
-  subroutine take_state(saved, model, system, state)
+  subroutine take_state(saved, model, system, form, state)
     type(saved_state_t), intent(in) :: saved !! the state
     type(model_t), intent(inout) :: model !! gets its contact history
     type(system_t), intent(inout) :: system !! gets the pattern of its matrix
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! becomes the state
     integer :: targets(system%contact%n), k
 
@@ -110,37 +112,37 @@ contains
       targets(system%place%first_point(k):system%place%first_point(k + 1) - 1) = &
         saved%pairs(k)%coupled
     end do
-    call take_condensed_state(saved, system)
-    if (associated(system%form%couple_as_saved)) call system%form%couple_as_saved(model, system, &
+    call take_condensed_state(saved, form)
+    if (associated(form%kind%couple_as_saved)) call form%kind%couple_as_saved(model, system, form, &
       targets)
   end subroutine take_state
 
   !> Forces and candidates of the condensed form; other candidates than the present ones mean that
   !! it begins anew.
-  subroutine take_condensed_state(saved, system)
+  subroutine take_condensed_state(saved, form)
     type(saved_state_t), intent(in) :: saved !! the state
-    type(system_t), intent(inout) :: system !! its condensed form
+    type(form_t), intent(inout) :: form !! its condensed form
 
-    system%condensed%goes_on = .false.
-    if (system%form%inexact) then
-      call take_full_form(system%form, system%condensed)
-      system%whole%choice = solver_unknown
-    else if (.not. system%form%knows_inside) then
+    form%condensed%goes_on = .false.
+    if (form%kind%inexact) then
+      call take_full_form(form)
+      form%whole%choice = solver_unknown
+    else if (.not. form%kind%knows_inside) then
       if (.not. allocated(saved%candidate)) then
-        if (allocated(system%condensed%outer%kept)) deallocate (system%condensed%outer%kept)
+        if (allocated(form%condensed%outer%kept)) deallocate (form%condensed%outer%kept)
         return
       end if
-      if (any(system%condensed%candidate .neqv. saved%candidate > 0)) then
-        call take_full_form(system%form, system%condensed)
-        system%whole%choice = solver_unknown
+      if (any(form%condensed%candidate .neqv. saved%candidate > 0)) then
+        call take_full_form(form)
+        form%whole%choice = solver_unknown
       end if
     end if
     if (.not. allocated(saved%candidate)) return
-    system%condensed%candidate = saved%candidate > 0
-    system%condensed%outer%kept = saved%contact_force
-    system%condensed%aging = saved%factor_aging(1)
-    system%condensed%refusals = nint(saved%factor_aging(2))
-    if (allocated(saved%factor_displacement)) system%condensed%made_at = saved%factor_displacement
+    form%condensed%candidate = saved%candidate > 0
+    form%condensed%outer%kept = saved%contact_force
+    form%condensed%aging = saved%factor_aging(1)
+    form%condensed%refusals = nint(saved%factor_aging(2))
+    if (allocated(saved%factor_displacement)) form%condensed%made_at = saved%factor_displacement
   end subroutine take_condensed_state
 
   !> Remembers a SAVE that a restart passes over: its file belongs to the run before.

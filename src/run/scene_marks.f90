@@ -25,7 +25,7 @@ contains
     integer(int64) :: sum
     integer :: m, k
 
-    sum = ieor(sum_of_loads(model, system, time), &
+    sum = ieor(sum_of_loads(model, system%equation, time), &
       block_sum('supports', reshape(merge(1, 2, system%equation == 0), [3*model%mesh%nodes])))
     sum = ieor(sum, block_sum('laws', [(model%materials(m)%law + &
       merge(100, 0, model%materials(m)%rigid) + merge(1000, 0, model%materials(m)%nodal), &
@@ -41,16 +41,14 @@ contains
         k=1, size(model%conditions%pressures))]))
     end if
     if (allocated(system%loads%spring)) sum = ieor(sum, sum_of('springs', &
-      reshape(system%loads%spring, &
-      [size(system%loads%spring)])))
+      reshape(system%loads%spring, [size(system%loads%spring)])))
     if (count_rigid(model) > 0) sum = ieor(sum, sum_of('rigid', &
       [([model%conditions%rigid(k)%point, merge(1.0_wp, 0.0_wp, model%conditions%rigid(k)%free), &
       load_at(model, k, time)], k=1, count_rigid(model))]))
     do k = 1, size(model%pairs)
       sum = ieor(sum, sum_of_pair(model%pairs(k)))
       if (model%pairs(k)%shrinking%shrink >= 0) sum = ieor(sum, sum_of(model%pairs(k)%name// &
-        ' shrink', &
-        [load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)]))
+        ' shrink', [load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)]))
     end do
     mark = transfer(sum, mark)
   end function mark_scene
@@ -65,19 +63,18 @@ contains
 
   !> The sum over prescribed displacements and applied forces; forces on supports count by
   !! themselves, and only where there are such.
-  pure integer(int64) function sum_of_loads(model, system, time) result(sum)
+  pure integer(int64) function sum_of_loads(model, equation, time) result(sum)
     type(model_t), intent(in) :: model !! conditions and tables
-    type(system_t), intent(in) :: system !! its degrees of freedom
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     real(wp), intent(in) :: time !! the time
     real(wp), dimension(3, model%mesh%nodes) :: u, force
     integer :: n
 
     n = 3*model%mesh%nodes
     call conditions_at(model, time, u, force)
-    sum = sum_of('loads', reshape(merge(u, force, system%equation == 0), [n]))
-    where (system%equation > 0) force = 0.0_wp
-    if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', &
-      reshape(force, [n])))
+    sum = sum_of('loads', reshape(merge(u, force, equation == 0), [n]))
+    where (equation > 0) force = 0.0_wp
+    if (any(abs(force) > 0.0_wp)) sum = ieor(sum, sum_of('forces on supports', reshape(force, [n])))
   end function sum_of_loads
 
   !> The sum over what the forces of a pair depend on.
@@ -86,11 +83,9 @@ contains
     integer :: flags(7)
 
     flags = [merge(1, 0, [pair%segmented, pair%smooth, pair%augmented, pair%history%softened, &
-                          pair%friction%convected]), pair%friction%slip_rule, &
-                            pair%friction%direction]
+      pair%friction%convected]), pair%friction%slip_rule, pair%friction%direction]
     sum = ieor(block_sum(pair%name//' form', flags), sum_of(pair%name//' friction', &
-      [pair%friction%mu, &
-      pair%friction%axis, pair%friction%point, pair%friction%angle]))
+      [pair%friction%mu, pair%friction%axis, pair%friction%point, pair%friction%angle]))
     if (pair%segmented) then
       sum = ieor(sum, sum_of(pair%name//' density', [pair%points%density]))
     else

@@ -4,15 +4,14 @@ module session
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
-  use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
+  use costs, only: add_costs, begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas, set_blas_threads, start_blas
   use threads, only: set_threads, count_cores
   use version, only: program_version
   use deck_types, only: deck_t
   use deck_reader, only: read_deck
   use changed_decks, only: change_deck, refuse_changes, settings_text
-  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, &
-    warning_lines
+  use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, warning_lines
   use source, only: file_text
   use mesh_building, only: drop_middles
   use model_types, only: model_t, state_none
@@ -22,7 +21,7 @@ module session
   use batch_checks, only: check_files, check_nodes
   use mortar_limits, only: check_mortar
   use output_checks, only: written_files, guard_files, refuse_pipes
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   use system_building, only: build_system
   use ranks, only: this_rank, count_ranks
   use linear_solver, only: free_solver
@@ -88,7 +87,7 @@ contains
     call set_threads(options%threads)
     context%parts = options%increments
     call set_blas_threads(1)
-    context%system%whole%forced = options%solver
+    context%form%whole%forced = options%solver
     call begin_cost(context%system%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
       diagnostics, error)
@@ -114,7 +113,7 @@ contains
     end if
     call run_problem(options, context, commands, deck_text, study, diagnostics, error)
     call close_terminal(context%terminal)
-    call free_solver(context%system%whole%solver)
+    call free_solver(context%form%whole%solver)
   end subroutine carry_out
 
   !> What makes the files of this run.
@@ -155,8 +154,7 @@ contains
     call change_deck(options, deck, diagnostics)
     call read_model(deck, diagnostics, model)
     call read_batch(deck, model%pairs, diagnostics, commands)
-    call check_files(deck, commands, restart_base(base_name(options), options%restart), &
-      diagnostics)
+    call check_files(deck, commands, restart_base(base_name(options), options%restart), diagnostics)
     if (allocated(model%pairs)) call check_nodes(deck, commands, model%mesh, diagnostics)
     call read_sensitivities(deck, options%deck, options%overrides, options%sens, diagnostics, &
       model, sensitivity)
@@ -198,9 +196,10 @@ contains
 
     call start_blas(error)
     if (allocated(error)) return
-    associate (model => context%model, system => context%system, files => context%files)
+    associate (model => context%model, system => context%system, form => context%form, &
+      files => context%files)
       call drop_middles(model%mesh)
-      call build_system(model, system, context%state)
+      call build_system(model, system, form, context%state)
       call check_slopes(model, system, context%sensitivity, diagnostics)
       call diagnostics_to_error(diagnostics, error)
       if (allocated(error)) return
@@ -209,8 +208,8 @@ contains
       states%deck = deck_name(options)
       states%base = base_name(options)
       states%restart = options%restart
-      if (len(options%restart) > 0) call go_on(options, model, system, context%state, states, &
-        error)
+      if (len(options%restart) > 0) call go_on(options, model, system, form, context%state, &
+        states, error)
       if (allocated(error)) return
       call begin_audit(model, system, context%state, context%audit)
       call begin_writing()
@@ -224,7 +223,7 @@ contains
       if (context%terminal%json) call tell_start(context, states%base, options%deck, commands)
       call report_start(options, states, context, error)
       if (.not. allocated(error)) call start_derivatives(options, states, context, error)
-      if (.not. allocated(error)) call check_supports(model, system, context%monitor, error)
+      if (.not. allocated(error)) call check_supports(model, system, form, context%monitor, error)
       context%system%whole_factors = study%active
       context%system%slopes_due = context%sensitivity%active
       if (.not. allocated(error)) call run_batch(commands, states, context, error)
@@ -233,11 +232,12 @@ contains
         states%base, study, context, variant_seconds, error)
       if (allocated(error) .and. .not. study%active) call advise_restart(states, context, error)
       if (allocated(error)) call log_error(files%log, error%message, trouble)
+      call add_costs(system%costs, form%costs)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
       if (context%terminal%json) call tell_costs(context)
       call begin_writing()
-      call close_files(files, system, trouble)
+      call close_files(files, system%costs, trouble)
       if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)
       call end_writing()
     end associate
@@ -270,11 +270,12 @@ contains
     type(error_t), allocatable, intent(out) :: error !! the report
     type(model_t) :: scene
     type(system_t) :: system
+    type(form_t) :: form
     type(state_t) :: state
 
     if (.not. sensitivity%active) return
     scene = model
-    call build_system(scene, system, state)
+    call build_system(scene, system, form, state)
     call check_slopes(scene, system, sensitivity, diagnostics)
     call diagnostics_to_error(diagnostics, error)
   end subroutine check_derivatives
@@ -286,6 +287,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! no such file or state, another mesh
     type(model_t) :: scene
     type(system_t) :: system
+    type(form_t) :: form
     type(state_t) :: state
     type(saved_states_t) :: states
 
@@ -294,10 +296,10 @@ contains
     if (allocated(error)) return
     scene = model
     call drop_middles(scene%mesh)
-    call build_system(scene, system, state)
+    call build_system(scene, system, form, state)
     states%base = base_name(options)
-    call go_on(options, scene, system, state, states, error)
-    call free_solver(system%whole%solver)
+    call go_on(options, scene, system, form, state, states, error)
+    call free_solver(form%whole%solver)
   end subroutine check_restart
 
   !> SENSitivity: the state before the first increment, and the table.
@@ -310,7 +312,7 @@ contains
     if (.not. context%sensitivity%active) return
     call begin_sensitivities(context%model, context%system, context%sensitivity)
     if (states%step > 0) call resume_slopes(options%restart, &
-      context%model, context%system, context%state, context%sensitivity, error)
+      context%model, context%system%place, context%state, context%sensitivity, error)
     if (.not. allocated(error)) call create_sensitivity_table(context%derivatives, &
       states%base//'.sen', context%model, context%sensitivity, error)
     context%monitor%sensitivity => context%sensitivity
@@ -351,10 +353,11 @@ contains
   end subroutine report_threads
 
   !> --restart: takes the state of a results file.
-  subroutine go_on(options, model, system, state, states, error)
+  subroutine go_on(options, model, system, form, state, states, error)
     type(options_t), intent(in) :: options !! the command line
     type(model_t), intent(inout) :: model !! gets the contact history
     type(system_t), intent(inout) :: system !! gets the pattern of its matrix
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! becomes the state
     type(saved_states_t), intent(inout) :: states !! gets step, time and where to write
     type(error_t), allocatable, intent(out) :: error !! no such state, another mesh
@@ -366,8 +369,8 @@ contains
     if (saved%step == 0) return
     call check_time(options%restart, saved, error)
     if (allocated(error)) return
-    call take_state(saved, model, system, state)
-    call check_balance(options%restart, model, system, state, saved, error)
+    call take_state(saved, model, system, form, state)
+    call check_balance(options%restart, model, system, form, state, saved, error)
     if (allocated(error)) return
     state%step = saved%step
     states%step = saved%step

@@ -11,12 +11,12 @@ module study_run
   use facets, only: facet_table_t, exterior_facets
   use mesh_names, only: find_nodes
   use model_types, only: model_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   use system_building, only: build_system
   use linear_solver, only: free_solver
   use condensed_bodies, only: free_condensed
   use stepping, only: advance
-  use tables, only: table_t, create_reaction_table, write_rows, close_table
   use deck_variants, only: variant_t, difference_t, read_variant, read_next_variant, set_value, &
     place_load
   use sensitivity_start, only: find_levers
@@ -25,7 +25,7 @@ module study_run
   use variant_starts, only: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of
   use study_types, only: study_t
   use study_table, only: study_table_t, result_t, create_study_table, write_variant, &
-    close_study_table
+    close_study_table, write_reactions
   use study_start, only: common_t, foresee_common, begin_common, begin_variant, acts_before, &
     plan_t, read_plan
   use study_monitor, only: study_monitor_t
@@ -78,11 +78,11 @@ contains
     call read_variant(options%deck, options%overrides, shared%base, error)
     if (allocated(error)) return
     call exterior_facets(shared%base%model%mesh, shared%exterior)
-    call begin_common(study, shared%plan, shared%base%model, context%system, context%monitor, &
-      shared%common, error)
+    call begin_common(study, shared%plan, shared%base%model, context%system, context%form, &
+      context%monitor, shared%common, error)
     if (allocated(error)) return
-    if (.not. context%system%form%knows_inside) call find_levers(shared%base%model, &
-      context%system, shared%base%model%output%reactions, shared%levers)
+    if (.not. context%form%kind%knows_inside) call find_levers(shared%base%model, &
+      context%system, context%form, shared%base%model%output%reactions, shared%levers)
     call create_study_table(table, base//'.study', context%model%title, study, &
       context%model%output%reactions, error)
     if (allocated(error)) return
@@ -93,7 +93,7 @@ contains
     allocate (shared%energy(size(shared%plan%times)), source=0.0_wp)
     failed = 0
     began = wall_seconds()
-    before = context%system%costs%seconds
+    before = context%system%costs%seconds + context%form%costs%seconds
     do k = 1, size(study%order)
       if (stop_requested()) exit
       call run_variant(options, study, study%order(k), shared, context, base, result, error)
@@ -106,15 +106,15 @@ contains
       if (allocated(error)) return
       call print_line(context%terminal, 'variant '//to_text(k)//' of '// &
         to_text(size(study%order))//'  '//values_text(study, study%order(k))//'  '// &
-          count_noun(result%iterations, &
-        'solve')//left_text(k, size(study%order), wall_seconds() - began))
+        count_noun(result%iterations, 'solve')//left_text(k, size(study%order), wall_seconds() &
+        - began))
     end do
     call close_study_table(table, error)
-    seconds = [context%system%costs%seconds - before, wall_seconds() - began]/ &
-      real(size(study%order), wp)
+    seconds = [context%system%costs%seconds + context%form%costs%seconds - before, wall_seconds() &
+      - began]/real(size(study%order), wp)
     call context%monitor%event('study '//study%name//': factor, compliance, influence: '// &
-      'shared by '//to_text(shared%with_factors)//' of '//to_text(size(study%order))// &
-      '; '//to_text(seconds(n_costs + 1), 3)//' s a variant')
+      'shared by '//to_text(shared%with_factors)//' of '//to_text(size(study%order))//'; '// &
+      to_text(seconds(n_costs + 1), 3)//' s a variant')
     if (failed > 0 .and. .not. allocated(error)) call raise(error, exit_no_convergence, &
       'error: '//count_noun(failed, 'variant')//' of '//to_text(size(study%order))// &
       ' failed'//new_line('a')//'  '//base//'.study says which and how far they went')
@@ -230,6 +230,7 @@ contains
     type(error_t), allocatable, intent(out) :: error !! trouble that ends the study
     type(variant_t) :: variant
     type(system_t) :: own
+    type(form_t) :: own_form
     type(state_t) :: state
     type(error_t), allocatable :: trouble
     logical :: sharing
@@ -242,42 +243,45 @@ contains
       call context%monitor%event('variant '//to_text(number)//': '//trouble%message)
       return
     end if
-    sharing = sharing .and. .not. context%system%form%knows_inside
+    sharing = sharing .and. .not. context%form%kind%knows_inside
     if (sharing) then
       shared%with_factors = shared%with_factors + 1
-      call set_back(variant%model, context%system, context%state)
+      call set_back(variant%model, context%system, context%form, context%state)
       if (shared%changed_loads .or. .not. same_loads(variant%model, shared%base%model)) then
-        call change_influence(variant%model, context%system)
+        call change_influence(variant%model, context%system, context%form)
         shared%changed_loads = .not. same_loads(variant%model, shared%base%model)
       end if
-      call begin_variant(shared%common, variant%model, context%system, context%state)
-      context%system%condensed%surface_only = .true.
-      context%system%condensed%narrow = .true.
+      call begin_variant(shared%common, variant%model, context%system%u, context%system%touch, &
+        context%form%condensed, context%state)
+      context%form%condensed%surface_only = .true.
+      context%form%condensed%narrow = .true.
       call choose_neighbours(shared%starts, number)
-      call solve_variant(variant%model, context%system, context%state, shared, .true., result, &
-        trouble)
-      context%system%condensed%surface_only = .false.
-      context%system%condensed%outer%foretold = .false.
+      call solve_variant(variant%model, context%system, context%form, context%state, shared, &
+        .true., result, trouble)
+      context%form%condensed%surface_only = .false.
+      context%form%condensed%outer%foretold = .false.
     else
       if (study%from > 0.0_wp) then
         call raise(error, exit_deck, 'error: FROM '//to_text(study%from)//': variant '// &
-          to_text(number)//' ('//values_text(study, number)//') has a factor of its own and no '// &
-          'part in common with the others'//new_line('a')//'  leave FROM out')
+          to_text(number)//' ('//values_text(study, number)//') has a factor of its own and no ' &
+          //'part in common with the others'//new_line('a')//'  leave FROM out')
         return
       end if
-      own%whole%forced = context%system%whole%forced
-      call build_system(variant%model, own, state)
-      call solve_variant(variant%model, own, state, shared, .false., result, trouble)
+      own_form%whole%forced = context%form%whole%forced
+      call build_system(variant%model, own, own_form, state)
+      call solve_variant(variant%model, own, own_form, state, shared, .false., result, trouble)
+      call add_costs(own%costs, own_form%costs)
       call add_costs(context%system%costs, own%costs)
-      call free_condensed(own%condensed)
-      call free_solver(own%whole%solver)
+      call free_condensed(own_form%condensed)
+      call free_solver(own_form%whole%solver)
     end if
     if (allocated(trouble)) then
       result%code = trouble%code
       call context%monitor%event('variant '//to_text(number)//' ('//values_text(study, number)// &
         '): '//trouble%message)
     end if
-    if (shared%base%model%output%all_tables) call write_table(shared, number, base, result, error)
+    if (shared%base%model%output%all_tables) call write_reactions(base, number, &
+      shared%base%model%title, shared%base%model%output%reactions, shared%plan%times, result, error)
   end subroutine run_variant
 
   !> The problem of a variant. Where only contact and loads differ it keeps the mesh of the base,
@@ -309,17 +313,17 @@ contains
       if (.not. study%varied(p)%rule) cycle
       do k = 1, size(variant%model%pairs)
         if (any(has_friction(variant%model%pairs(k)%friction%mu))) &
-          variant%model%pairs(k)%friction%slip_rule = &
-          nint(study%variants(p, number))
+          variant%model%pairs(k)%friction%slip_rule = nint(study%variants(p, number))
       end do
     end do
   end subroutine read_values
 
   !> From end time to end time; each starts from the contact forces of the variants before. What
   !! has converged is measured by the start of the first of them, not by a better one.
-  subroutine solve_variant(model, system, state, shared, sharing, result, trouble)
+  subroutine solve_variant(model, system, form, state, shared, sharing, result, trouble)
     type(model_t), intent(inout) :: model !! the problem
     type(system_t), intent(inout) :: system !! its system
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! where it begins
     type(shared_t), intent(inout) :: shared !! plan, levers, forces of the variants before
     logical, intent(in) :: sharing !! it uses them
@@ -335,25 +339,25 @@ contains
     do i = state%step + 1, size(shared%plan%times)
       settings = shared%plan%settings(i)
       if (sharing) then
-        if (.not. allocated(system%condensed%outer%kept)) allocate (system%condensed%outer%kept(3, &
+        if (.not. allocated(form%condensed%outer%kept)) allocate (form%condensed%outer%kept(3, &
           model%mesh%nodes), source=0.0_wp)
-        call guess_forces(shared%starts, i, system%condensed)
+        call guess_forces(shared%starts, i, form%condensed)
         settings%first_energy = shared%energy(i)
       end if
       monitor%first_energy = 0.0_wp
-      call advance(model, system, state, shared%plan%times(i), settings, monitor, trouble)
-      if (.not. allocated(trouble)) call check_shapes(model, system, state, before, trouble)
+      call advance(model, system, form, state, shared%plan%times(i), settings, monitor, trouble)
+      if (.not. allocated(trouble)) call check_shapes(model, system, form, state, before, trouble)
       if (allocated(trouble)) exit
       before = state%time
       state%step = i
       result%step = i
       if (sharing) then
         if (shared%energy(i) <= 0.0_wp) shared%energy(i) = monitor%first_energy
-        call keep_forces_of(shared%starts, i, system%condensed)
+        call keep_forces_of(shared%starts, i, form%condensed)
         call reactions_by_levers(model, system, state%time, shared%levers, &
           result%reactions(:, :, i))
       else
-        call sum_reactions(model, system, state, result%reactions(:, :, i))
+        call sum_reactions(model, system%equation, state, result%reactions(:, :, i))
       end if
     end do
     result%iterations = monitor%solves
@@ -361,9 +365,9 @@ contains
   end subroutine solve_variant
 
   !> Sums of the reactions over the sets.
-  subroutine sum_reactions(model, system, state, reactions)
+  subroutine sum_reactions(model, equation, state, reactions)
     type(model_t), intent(in) :: model !! sets
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(state_t), intent(in) :: state !! reactions
     real(wp), intent(out) :: reactions(:, :) !! (3, sets) [force]
     integer, allocatable :: nodes(:)
@@ -372,29 +376,7 @@ contains
 
     do i = 1, size(model%output%reactions)
       call find_nodes(model%mesh, model%output%reactions(i)%s, nodes, found)
-      reactions(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, system%equation(:, nodes) &
-        == 0), 2)
+      reactions(:, i) = sum(merge(state%reaction(:, nodes), 0.0_wp, equation(:, nodes) == 0), 2)
     end do
   end subroutine sum_reactions
-
-  !> The reactions of one variant at all its end times, as a table of its own.
-  subroutine write_table(shared, number, base, result, error)
-    type(shared_t), intent(in) :: shared !! end times, sets
-    integer, intent(in) :: number !! the variant
-    character(*), intent(in) :: base !! path of the files without ending
-    type(result_t), intent(in) :: result !! its reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    type(table_t) :: table
-    character(8) :: text
-    integer :: i
-
-    write (text, '(i0.3)') number
-    call create_reaction_table(table, base//'.'//trim(text)//'.rea', shared%base%model%title, &
-      shared%base%model%output%reactions, error)
-    do i = 1, result%step
-      if (allocated(error)) return
-      call write_rows(table, i, shared%plan%times(i), result%reactions(:, :, i), error)
-    end do
-    if (.not. allocated(error)) call close_table(table, error)
-  end subroutine write_table
 end module study_run

@@ -10,7 +10,10 @@ module study_start
   use rigid_paths, only: count_rigid
   use model_types, only: model_t
   use contact_types, only: contact_point_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
+  use touch_types, only: touch_t
+  use condensed_types, only: condensed_t
   use stepping, only: advance
   use monitors, only: monitor_t
   use variant_system, only: set_back
@@ -105,11 +108,12 @@ contains
   end subroutine foresee_common
 
   !> Solves what all variants have in common, once.
-  subroutine begin_common(study, plan, base, system, monitor, common, error)
+  subroutine begin_common(study, plan, base, system, form, monitor, common, error)
     type(study_t), intent(in) :: study !! FROM
     type(plan_t), intent(in) :: plan !! end times
     type(model_t), intent(in) :: base !! the problem as the deck has it
     type(system_t), intent(inout) :: system !! its system
+    type(form_t), intent(inout) :: form !! goes with the iterate
     class(monitor_t), intent(inout) :: monitor !! hears of it
     type(common_t), intent(out) :: common !! the state there
     type(error_t), allocatable, intent(out) :: error !! no convergence
@@ -118,7 +122,7 @@ contains
     integer :: i, k
 
     if (study%from <= 0.0_wp) return
-    if (system%form%knows_inside .or. any(base%pairs%segmented) .or. any(base%pairs%smooth)) then
+    if (form%kind%knows_inside .or. any(base%pairs%segmented) .or. any(base%pairs%smooth)) then
       call raise(error, exit_deck, 'error: FROM wants the solver REDUced, and pairs without '// &
         'SEGMent and SMOOth'//new_line('a')//'  leave FROM out')
       return
@@ -127,9 +131,10 @@ contains
     model = base
     allocate (common%state%u(3, model%mesh%nodes), common%state%reaction(3, model%mesh%nodes), &
       common%state%rigid(6, count_rigid(model)))
-    call set_back(model, system, common%state)
+    call set_back(model, system, form, common%state)
     do i = 1, common%step
-      call advance(model, system, common%state, plan%times(i), plan%settings(i), monitor, error)
+      call advance(model, system, form, common%state, plan%times(i), plan%settings(i), monitor, &
+        error)
       if (allocated(error)) return
       common%state%step = i
     end do
@@ -137,16 +142,18 @@ contains
     do k = 1, size(model%pairs)
       common%pairs(k)%points = model%pairs(k)%history%old
     end do
-    common%kept = system%condensed%outer%kept
+    common%kept = form%condensed%outer%kept
     if (allocated(system%touch%u_before)) common%u_before = system%touch%u_before
     common%span_before = system%touch%span_before
   end subroutine begin_common
 
   !> Puts a variant into the common state.
-  subroutine begin_variant(common, model, system, state)
+  subroutine begin_variant(common, model, u, touch, condensed, state)
     type(common_t), intent(in) :: common !! the state there
     type(model_t), intent(inout) :: model !! its problem; gets the history
-    type(system_t), intent(inout) :: system !! set back; gets forces
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(touch_t), intent(inout) :: touch !! first touches of the increment
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     type(state_t), intent(inout) :: state !! becomes the common state
     integer :: k
 
@@ -159,10 +166,10 @@ contains
     state%step = common%state%step
     state%u = common%state%u
     state%reaction = common%state%reaction
-    system%u = state%u
-    system%condensed%outer%kept = common%kept
-    if (allocated(common%u_before)) system%touch%u_before = common%u_before
-    system%touch%span_before = common%span_before
+    u = state%u
+    condensed%outer%kept = common%kept
+    if (allocated(common%u_before)) touch%u_before = common%u_before
+    touch%span_before = common%span_before
   end subroutine begin_variant
 
   !> Contact, or loads up to the common state, are not those of the base.
@@ -178,8 +185,7 @@ contains
       associate (a => base%pairs(k), b => model%pairs(k))
         acts = acts .or. any(abs([a%friction%mu - b%friction%mu, a%law - b%law]) > 0.0_wp) .or. &
           abs(a%friction%angle - b%friction%angle) > 0.0_wp .or. a%friction%slip_rule /= &
-            b%friction%slip_rule .or. &
-          any(abs(a%points%epsilon - b%points%epsilon) > 0.0_wp)
+          b%friction%slip_rule .or. any(abs(a%points%epsilon - b%points%epsilon) > 0.0_wp)
       end associate
     end do
     do i = 1, common%step

@@ -10,7 +10,7 @@ module variant_limits
   use audit_types, only: audit_t, verdict_failed, check_turning, check_volume
   use audit_text, only: shape_message
   use condensed_system, only: recover_interior
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: check_shapes
@@ -23,9 +23,10 @@ contains
 
   !> Turns and volumes of the bodies of small strain at an end time. On shared factors only the
   !! candidates of contact are known: displacements inside are found where these have gone far.
-  subroutine check_shapes(model, system, state, before, error)
+  subroutine check_shapes(model, system, form, state, before, error)
     type(model_t), intent(in) :: model !! the variant
     type(system_t), intent(inout) :: system !! as accepted; left as it was
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed, du
     type(state_t), intent(in) :: state !! its state
     real(wp), intent(in) :: before !! the last end time that was right
     type(error_t), allocatable, intent(out) :: error !! a body has left small strain
@@ -38,18 +39,18 @@ contains
     audit%time = state%time
     call find_volumes(model%mesh%x, system, rest)
     known = .true.
-    surface_only = system%condensed%surface_only
-    if (surface_only) known = system%condensed%candidate(:size(known)) .or. &
+    surface_only = form%condensed%surface_only
+    if (surface_only) known = form%condensed%candidate(:size(known)) .or. &
       all(system%equation == 0, 1)
     call judge_turn(model, system, known, rest, audit)
     if (surface_only) then
       if (may_have_swollen(model, system, known, rest)) then
         u = system%u
         force = system%inner%bulk_force
-        system%condensed%surface_only = .false.
-        call recover_interior(system)
+        form%condensed%surface_only = .false.
+        call recover_interior(system, form)
         call judge_volume(model, system, rest, audit)
-        system%condensed%surface_only = .true.
+        form%condensed%surface_only = .true.
         system%u = u
         system%inner%bulk_force = force
       end if

@@ -201,8 +201,7 @@ contains
         f%t(:, 1:2))))
       slopes%dg(:, cause_shift + 2) = f%e - matmul(p, f%back%r)
       slopes%dtip = -matmul(transpose(f%dual), slopes%dg)
-      slopes%dtip(:, cause_shift:) = slopes%dtip(:, cause_shift:) &
-        + matmul(transpose(f%dual), f%t)
+      slopes%dtip(:, cause_shift:) = slopes%dtip(:, cause_shift:) + matmul(transpose(f%dual), f%t)
       ds_new = matmul(m, f%ds) - dyad(f%back%r, f%dgap)
       slopes%dg_x = dyad(f%e, f%dgap) - slopes%rho*f%de + matmul(p, ds_new) &
         + s_new(1)*f%dp(:, :, 1) + s_new(2)*f%dp(:, :, 2)

@@ -117,8 +117,7 @@ contains
     do i = 1, min(size(a), size(b))
       call compare_records(a(i)%head, b(i)%head, a(i)%command, in_mesh, difference)
       do k = 1, min(a(i)%count, b(i)%count)
-        call compare_records(a(i)%records(k), b(i)%records(k), a(i)%command, in_mesh, &
-          difference)
+        call compare_records(a(i)%records(k), b(i)%records(k), a(i)%command, in_mesh, difference)
       end do
     end do
   end subroutine compare_sets

@@ -16,7 +16,8 @@ module full_answers
   use increment_answers, only: add_changes
   use lever_sums, only: supported_nodes, loaded_nodes
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: start_full, solve_full, answer_full, full_reactions
@@ -27,9 +28,9 @@ module full_answers
 contains
 
   !> Nodes with supports, and those that contact or a load may load.
-  subroutine start_full(model, system, s)
+  subroutine start_full(model, equation, s)
     type(model_t), intent(in) :: model !! pairs, loads
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(sensitivity_t), intent(inout) :: s !! gets supports and loaded of levers
     type(load_t), allocatable :: others(:)
     integer :: j, k, n
@@ -42,41 +43,43 @@ contains
         others(n) = s%slopes(j)%loads(k)
       end do
     end do
-    s%levers%supports = supported_nodes(system%equation)
+    s%levers%supports = supported_nodes(equation)
     s%levers%loaded = loaded_nodes(model, others)
     s%started = .true.
   end subroutine start_full
 
   !> Displacements of all nodes: K du = dp - dK u - K dw - c with the tangent K of bulk and contact.
-  subroutine solve_full(model, system, time, s, work, again, trouble)
+  subroutine solve_full(model, system, form, time, s, work, again, trouble)
     type(model_t), intent(in) :: model !! reference positions, loads
     type(system_t), intent(inout) :: system !! its tangent and factor are made anew
+    type(form_t), intent(inout) :: form !! gets border, right, matrix
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! du at supports given; gets that of all nodes
     type(work_t), intent(in) :: work !! elements, causes
     logical, intent(in) :: again !! with the factor of the last call
     character(:), allocatable, intent(inout) :: trouble !! not solved
-    real(wp) :: right(size(system%right))
+    real(wp) :: right(size(form%right))
     integer :: j, outcome
 
     outcome = solver_done
     if (.not. again) then
-      call form_tangent(system, model%mesh%x)
-      system%whole%solver%accuracy = answer_residue
-      call factorise_bordered(system, system%whole%symmetric, outcome)
+      call form_tangent(system, form, model%mesh%x)
+      form%whole%solver%accuracy = answer_residue
+      call factorise_bordered(system, form, form%whole%symmetric, outcome)
     end if
     do j = 1, size(s%slopes)
       if (outcome /= solver_done) exit
       where (system%equation > 0) s%du(:, :, j) = 0.0_wp
-      call collect_forces(model, system, time, s, work, j, right)
-      call solve_column(system, right, s%du(:, :, j), outcome)
+      call collect_forces(model, system, form, time, s, work, j, right)
+      call solve_column(system, form, right, s%du(:, :, j), outcome)
     end do
     if (outcome /= solver_done) trouble = 'the tangent is singular at the converged state'
   end subroutine solve_full
 
   !> One right-hand side with the factor at hand; supports stay.
-  subroutine solve_column(system, right, du, outcome)
-    type(system_t), intent(inout) :: system !! tangent and factor
+  subroutine solve_column(system, form, right, du, outcome)
+    type(system_t), intent(in) :: system !! tangent and factor
+    type(form_t), intent(inout) :: form !! gets border, matrix
     real(wp), intent(in) :: right(:) !! (equations) [force]
     real(wp), intent(inout) :: du(:, :) !! (3, nodes) free ones are given values [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
@@ -84,7 +87,7 @@ contains
     integer :: i, k
 
     answer = 0.0_wp
-    call solve_bordered(system, right, answer, outcome)
+    call solve_bordered(system, form, right, answer, outcome)
     do i = 1, size(du, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) du(k, i) = answer(system%equation(k, i))
@@ -93,12 +96,13 @@ contains
   end subroutine solve_column
 
   !> Displacements of all nodes for forces of contact, with what contact answers.
-  subroutine answer_full(system, force, du, arrived)
-    type(system_t), intent(inout) :: system !! with the factor of solve_full
+  subroutine answer_full(system, form, force, du, arrived)
+    type(system_t), intent(in) :: system !! with the factor of solve_full
+    type(form_t), intent(inout) :: form !! gets border, matrix
     real(wp), intent(in) :: force(:, :, :) !! (3, nodes, columns) [force]
     real(wp), intent(out) :: du(:, :, :) !! (3, nodes, columns) [length]
     logical, intent(out) :: arrived !! all of them
-    real(wp) :: right(size(system%right))
+    real(wp) :: right(size(form%right))
     integer :: j, outcome
 
     du = 0.0_wp
@@ -106,15 +110,16 @@ contains
     do j = 1, size(force, 3)
       right = 0.0_wp
       call gather_values(system%equation, -force(:, :, j), right)
-      call solve_column(system, right, du(:, :, j), outcome)
+      call solve_column(system, form, right, du(:, :, j), outcome)
       arrived = arrived .and. outcome == solver_done
     end do
   end subroutine answer_full
 
   !> Forces out of balance while free nodes stay where they are.
-  subroutine collect_forces(model, system, time, s, work, j, right)
+  subroutine collect_forces(model, system, form, time, s, work, j, right)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! bulk, contact elements
+    type(form_t), intent(in) :: form !! matrix
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, du at supports
     type(work_t), intent(in) :: work !! elements, causes
@@ -123,7 +128,7 @@ contains
     real(wp) :: force(3, size(system%equation, 2))
     integer :: e
 
-    call stretch_bulk(model, system, time, s, j, force)
+    call stretch_bulk(model, system, form%whole, time, s, j, force)
     do e = 1, size(work%elements)
       if (system%contact%routine(e) == routine_none) cycle
       if (work%slopes(e)%status == status_open) cycle
@@ -135,16 +140,17 @@ contains
   end subroutine collect_forces
 
   !> Change of the forces of the bulk, less that of the loads: K du + dK u - dp.
-  subroutine stretch_bulk(model, system, time, s, j, force)
+  subroutine stretch_bulk(model, system, whole, time, s, j, force)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! bulk
+    type(whole_form_t), intent(in) :: whole !! matrix
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, du
     integer, intent(in) :: j !! the parameter
     real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
     integer :: i
 
-    call multiply(system%whole%bulk_matrix, s%du(:, :, j), force)
+    call multiply(whole%bulk_matrix, s%du(:, :, j), force)
     do i = 1, size(force, 2)
       if (system%body%node_body(i) > 0) force(:, i) = force(:, i) &
         + s%slopes(j)%stiffness(system%body%node_body(i))*system%inner%bulk_force(:, i)
@@ -153,9 +159,10 @@ contains
   end subroutine stretch_bulk
 
   !> Derivatives of the reactions: what bulk and contact do at the supports, less the loads there.
-  subroutine full_reactions(model, system, state, s)
+  subroutine full_reactions(model, system, whole, state, s)
     type(model_t), intent(in) :: model !! sets, loads
     type(system_t), intent(in) :: system !! bulk
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(state_t), intent(in) :: state !! time, reactions
     type(sensitivity_t), intent(inout) :: s !! du and force given; gets reaction, total
     real(wp) :: force(3, size(state%u, 2))
@@ -164,7 +171,7 @@ contains
     logical :: found
 
     do j = 1, size(s%slopes)
-      call stretch_bulk(model, system, state%time, s, j, force)
+      call stretch_bulk(model, system, whole, state%time, s, j, force)
       force(:, s%levers%loaded) = force(:, s%levers%loaded) + s%force(:, s%levers%loaded, j)
       where (system%equation > 0) force = 0.0_wp
       do i = 1, size(s%sets)

@@ -10,14 +10,14 @@ module increment_answers
   use linear_answers, only: prepare_answers, answer_all
   use increment_elements, only: work_t, element_change, add_forces
   use sensitivity_types, only: sensitivity_t, slope_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use condensed_types, only: condensed_t
   implicit none
   private
   public :: solve_all, answer_forces, factor_change, add_changes
 
   !> What is left of the force of a parameter, over that force; less where Euler's sum checks it.
-  real(wp), parameter :: increment_residue = 5.0e-11_wp, share_of_pseudo_step = 1.0e-12_wp
+  real(wp), parameter :: increment_residue = 5.0e-11_wp, share_of_euler = 1.0e-12_wp
   !> The same where multipliers are found from answers.
   real(wp), parameter :: share_with_multipliers = 5.0e-12_wp, share_of_multipliers = 1.0e-13_wp
 
@@ -25,31 +25,31 @@ contains
 
   !> Solves for the displacements of the candidates, all parameters at once:
   !! (I + C k) du = db - C c, and the forces c + k du.
-  subroutine solve_all(model, system, time, s, work, trouble)
+  subroutine solve_all(model, system, form, time, s, work, trouble)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(inout) :: system !! condensed
+    type(form_t), intent(inout) :: form !! its kind given; gets condensed
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! du at supports given; gets it at candidates
     type(work_t), intent(in) :: work !! elements, causes
     character(:), allocatable, intent(inout) :: trouble !! not solved
     real(wp), allocatable :: u(:, :), c(:, :)
     integer :: n, outcome, attempt, j, i
-    logical :: arrived, late(system%condensed%n)
+    logical :: arrived, late(form%condensed%n)
 
     n = size(s%slopes)
     s%answers%share_left = spread(merge(increment_residue, share_with_multipliers, work%shifted%n &
-      == 0), &
-      1, n)
-    s%answers%share_left(pack(s%pseudo_step%slope, s%pseudo_step%slope > &
-      0)) = merge(share_of_pseudo_step, share_of_multipliers, work%shifted%n == 0)
+      == 0), 1, n)
+    s%answers%share_left(pack(s%euler%slope, s%euler%slope > &
+      0)) = merge(share_of_euler, share_of_multipliers, work%shifted%n == 0)
     arrived = .false.
     do attempt = 1, 2
-      u = spread(spread(0.0_wp, 1, system%condensed%n), 2, n)
+      u = spread(spread(0.0_wp, 1, form%condensed%n), 2, n)
       c = u
-      call collect_right(model, system, time, s, work, u, c)
-      call prepare_answers(system, model%mesh%x, attempt == 2, outcome)
+      call collect_right(model, system, form, time, s, work, u, c)
+      call prepare_answers(system, form, model%mesh%x, attempt == 2, outcome)
       if (outcome /= solver_done) exit
-      call answer_all(system%condensed, c, u, arrived, late, s%answers)
+      call answer_all(form%condensed, c, u, arrived, late, s%answers)
       if (arrived) exit
     end do
     if (.not. arrived) then
@@ -59,7 +59,7 @@ contains
     end if
     if (.not. allocated(s%answers%late)) allocate (s%answers%late(3, model%mesh%nodes))
     s%answers%late = .false.
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, condensed%n
         s%answers%late(condensed%direction(i), condensed%node(i)) = late(i)
       end do
@@ -97,9 +97,10 @@ contains
   end subroutine answer_forces
 
   !> Displacements of the candidates without contact and forces of contact at fixed candidates.
-  subroutine collect_right(model, system, time, s, work, loaded, c)
+  subroutine collect_right(model, system, form, time, s, work, loaded, c)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! condensed
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, prescribed displacements
     type(work_t), intent(in) :: work !! elements, causes
@@ -109,7 +110,7 @@ contains
     integer :: i, j, k, e
 
     force = 0.0_wp
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do j = 1, size(s%slopes)
         force(:, s%levers%loaded) = 0.0_wp
         do e = 1, size(work%elements)
@@ -141,8 +142,7 @@ contains
           end do
           do i = 1, condensed%n
             loaded(i, j) = loaded(i, j) + &
-              slope%stiffness(system%body%node_body(condensed%node(i))) &
-              *condensed%bulk%product(i)
+              slope%stiffness(system%body%node_body(condensed%node(i)))*condensed%bulk%product(i)
           end do
         end associate
       end do

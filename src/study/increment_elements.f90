@@ -7,7 +7,7 @@ module increment_elements
   use elmlib, only: routine_none
   use model_types, only: model_t
   use contact_points, only: count_points
-  use touch_path, only: touch_known
+  use touch_types, only: touch_known
   use cone_slopes, only: cone_slopes_t, find_slopes, slope_by_causes, slope_by_motion, &
     force_slope, causes, cause_apex, cause_mu, cause_rule, cause_angle
   use contact_types, only: pair_t
@@ -15,6 +15,9 @@ module increment_elements
   use late_displacements, only: complete_nodes
   use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t
+  use system_parts, only: positions_t
+  use element_lists, only: element_list_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: work_t, shifted_t, load_elements, find_causes, element_change, add_motion, &
@@ -77,9 +80,10 @@ contains
   end subroutine load_elements
 
   !> What the parameters and the last increment do to each closed element.
-  subroutine find_causes(model, system, s, work)
+  subroutine find_causes(model, system, condensed, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched
     type(work_t), intent(inout) :: work !! gets by, change, stiffer, ways
     integer :: k, p, e, j, n
@@ -87,7 +91,7 @@ contains
     n = size(s%slopes)
     allocate (work%by(causes, system%contact%n, n), work%stiffer(system%contact%n, n), &
       work%change(5, system%contact%n, n), source=0.0_wp)
-    call find_ways(model, system, s, work)
+    call find_ways(model, system, condensed, s, work)
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
@@ -101,7 +105,7 @@ contains
             work%stiffer(e, j) = slope%penalty(k)
           end associate
         end do
-        call start_slopes(model%pairs(k), p, e, system, s, work)
+        call start_slopes(model%pairs(k), p, e, system%position, s, work)
         do j = 1, n
           work%change(:, e, j) = slope_by_causes(work%slopes(e), work%by(:, e, j))
         end do
@@ -110,9 +114,10 @@ contains
   end subroutine find_causes
 
   !> How the apexes of closed elements have come to their targets, and the displacements there.
-  subroutine find_ways(model, system, s, work)
+  subroutine find_ways(model, system, condensed, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, last positions
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! state before; gets lost, touched, du
     type(work_t), intent(inout) :: work !! gets ways, way, anew
     logical :: wanted(model%mesh%nodes), exact
@@ -126,7 +131,7 @@ contains
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
-        if (.not. is_closed(system, work, e)) cycle
+        if (.not. is_closed(system%contact, work, e)) cycle
         associate (pair => model%pairs(k), target => model%pairs(k)%history%old(p)%target)
           work%anew(e) = starts_anew(pair, p, e, k, system, s)
           if (.not. work%anew(e) .and. s%target(e) /= target) then
@@ -145,7 +150,7 @@ contains
         end associate
       end do
     end do
-    call complete_nodes(system, wanted, s)
+    call complete_nodes(condensed, wanted, s)
   end subroutine find_ways
 
   !> Closed elements whose target is another one than before.
@@ -160,19 +165,19 @@ contains
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         e = system%place%first_point(k) + p - 1
-        if (is_closed(system, work, e) .and. s%target(e) /= model%pairs(k)%history%old(p)%target) &
-          n = n + 1
+        if (is_closed(system%contact, work, e) .and. s%target(e) /= &
+          model%pairs(k)%history%old(p)%target) n = n + 1
       end do
     end do
   end function count_moves
 
   !> An element takes part and is closed.
-  pure logical function is_closed(system, work, e)
-    type(system_t), intent(in) :: system !! contact elements
+  pure logical function is_closed(contact, work, e)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(work_t), intent(in) :: work !! slopes
     integer, intent(in) :: e !! the element
 
-    is_closed = system%contact%routine(e) /= routine_none
+    is_closed = contact%routine(e) /= routine_none
     if (is_closed) is_closed = work%slopes(e)%status /= status_open
   end function is_closed
 
@@ -193,16 +198,16 @@ contains
   end function starts_anew
 
   !> Derivatives of the start apex of one point in its present target.
-  subroutine start_slopes(pair, p, e, system, s, work)
+  subroutine start_slopes(pair, p, e, position, s, work)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
     integer, intent(in) :: e !! its element
-    type(system_t), intent(in) :: system !! last positions
+    type(positions_t), intent(in) :: position !! last positions
     type(sensitivity_t), intent(in) :: s !! state before
     type(work_t), intent(inout) :: work !! ways; gets by
     integer :: j
 
-    associate (x => system%position%x_old)
+    associate (x => position%x_old)
       do j = 1, size(s%slopes)
         associate (dtip => work%by(cause_apex:cause_apex + 1, e, j))
           if (work%anew(e)) then

@@ -9,7 +9,8 @@ module kept_slopes
   use lever_sums, only: contact_nodes
   use sensitivity_start, only: remember_points
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t, state_t
+  use system_types, only: state_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: announce_slopes, keep_slopes, resume_slopes
@@ -66,10 +67,10 @@ contains
   end subroutine keep_slopes
 
   !> Goes on from the derivatives of a state.
-  subroutine resume_slopes(path, model, system, state, s, error)
+  subroutine resume_slopes(path, model, place, state, s, error)
     character(*), intent(in) :: path !! the file that the state is from
     type(model_t), intent(in) :: model !! pairs with their history
-    type(system_t), intent(in) :: system !! where each pair begins
+    type(contact_places_t), intent(in) :: place !! where each pair begins
     type(state_t), intent(in) :: state !! with its slopes
     type(sensitivity_t), intent(inout) :: s !! parameters given; gets its state
     type(error_t), allocatable, intent(out) :: error !! not the derivatives of this deck
@@ -102,6 +103,6 @@ contains
         s%answers%late(j, nodes) = btest(slopes%late, j - 1)
       end do
     end associate
-    call remember_points(model, system, s)
+    call remember_points(model, place, s)
   end subroutine resume_slopes
 end module kept_slopes

@@ -2,9 +2,8 @@
 !! them is found when somebody asks (doc/theory, "Sensitivities along the path").
 module late_displacements
   use kinds, only: wp
-  use condensed_types, only: condensed_body_t
+  use condensed_types, only: condensed_body_t, condensed_t
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t
   use touched_candidates, only: subtract_beside
   implicit none
   private
@@ -13,18 +12,18 @@ module late_displacements
 contains
 
   !> Completes the displacements of some nodes. Candidates may have been numbered anew since.
-  subroutine complete_nodes(system, wanted, s)
-    type(system_t), intent(in) :: system !! condensed
+  subroutine complete_nodes(condensed, wanted, s)
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     logical, intent(in) :: wanted(:) !! (nodes) these
     type(sensitivity_t), intent(inout) :: s !! force given; gets du
     integer :: b
 
     if (.not. allocated(s%answers%late)) return
     if (.not. any(s%answers%late .and. spread(wanted, 1, 3))) return
-    do b = 1, size(system%condensed%bodies)
-      associate (body => system%condensed%bodies(b))
-        if (body%m > 0) call complete_body(body, system%condensed%node(body%first + 1:body%first &
-          + body%m), system%condensed%direction(body%first + 1:body%first + body%m), wanted, s)
+    do b = 1, size(condensed%bodies)
+      associate (body => condensed%bodies(b))
+        if (body%m > 0) call complete_body(body, condensed%node(body%first + 1:body%first &
+          + body%m), condensed%direction(body%first + 1:body%first + body%m), wanted, s)
       end associate
     end do
   end subroutine complete_nodes

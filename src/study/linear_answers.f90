@@ -8,11 +8,10 @@ module linear_answers
   use touched_candidates, only: touched_t, gather_touched, add_product, subtract_leading, &
     subtract_product, subtract_products
   use condensed_direction, only: answer
-  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, &
-    apply_rest
+  use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest, apply_rest
   use contact_sums, only: add_leading, take_shares
   use block_gmres, only: block_gmres_t, begin_block, add_images, block_shares, lengths
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: answers_t, prepare_answers, answer_all
@@ -37,25 +36,26 @@ module linear_answers
 contains
 
   !> Element matrices at the converged state, and a factor: the last one of the increment, or anew.
-  subroutine prepare_answers(system, x, anew, outcome)
+  subroutine prepare_answers(system, form, x, anew, outcome)
     type(system_t), intent(inout) :: system !! tangent of condensed
+    type(form_t), intent(inout) :: form !! its kind given; gets condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     logical, intent(in) :: anew !! a new factor in any case
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     logical :: serves
 
     outcome = solver_done
-    call form_element_matrices(system, x)
-    associate (tangent => system%condensed%tangent)
+    call form_element_matrices(system, form, x)
+    associate (tangent => form%condensed%tangent)
       serves = allocated(tangent%status) .and. .not. anew
       if (serves) serves = changes_share*count(tangent%status /= system%contact%status) <= &
         tangent%elements
       if (serves) then
         tangent%fresh = .false.
       else
-        call factorise_tangent(system, x, outcome)
+        call factorise_tangent(system, form, x, outcome)
       end if
-      if (outcome == solver_done) call form_rest(system%contact, system%condensed)
+      if (outcome == solver_done) call form_rest(system%contact, form%condensed)
     end associate
   end subroutine prepare_answers
 

@@ -9,7 +9,8 @@ module multiplier_answers
   use increment_answers, only: solve_all, answer_forces
   use full_answers, only: solve_full, answer_full
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: solve_increment, rest_candidates
@@ -22,9 +23,10 @@ module multiplier_answers
 contains
 
   !> Displacements and shifts for all parameters.
-  subroutine solve_increment(model, system, time, s, work, trouble)
+  subroutine solve_increment(model, system, form, time, s, work, trouble)
     type(model_t), intent(in) :: model !! reference positions, loads
     type(system_t), intent(inout) :: system !! its tangent and factor
+    type(form_t), intent(inout) :: form !! gets border, condensed, matrix
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! du at supports given; gets it elsewhere
     type(work_t), intent(inout) :: work !! elements, causes; gets shifts
@@ -43,11 +45,11 @@ contains
       lack = wanted - shifts
       floor = multiplier_residue*lengths(columns_of(wanted))
       if (all(lengths(columns_of(lack)) <= 10.0_wp*floor)) return
-      call close_lack(system, s, work, floor, lack, arrived)
+      call close_lack(system, form, s, work, floor, lack, arrived)
       if (.not. arrived) trouble = 'the multipliers of contact find no answer'
       shifts = shifts + lack
       call take_shifts(shifts, work)
-      call rest_candidates(system, s)
+      call rest_candidates(form%condensed, s)
       call solve_once(.true.)
     end do
 
@@ -58,9 +60,9 @@ contains
       logical, intent(in) :: again !! with the same tangent
 
       if (s%full) then
-        call solve_full(model, system, time, s, work, again, trouble)
+        call solve_full(model, system, form, time, s, work, again, trouble)
       else
-        call solve_all(model, system, time, s, work, trouble)
+        call solve_all(model, system, form, time, s, work, trouble)
       end if
     end subroutine solve_once
   end subroutine solve_increment
@@ -74,8 +76,9 @@ contains
   end function columns_of
 
   !> Shifts whose forces ask for what is lacking: GMRES with all parameters together.
-  subroutine close_lack(system, s, work, floor, lack, arrived)
-    type(system_t), intent(inout) :: system !! its tangent and factor
+  subroutine close_lack(system, form, s, work, floor, lack, arrived)
+    type(system_t), intent(in) :: system !! its tangent and factor
+    type(form_t), intent(inout) :: form !! gets border, condensed, matrix
     type(sensitivity_t), intent(inout) :: s !! room of the answers
     type(work_t), intent(in) :: work !! elements
     real(wp), intent(in) :: floor(:) !! (parameters) what may be left [length]
@@ -93,11 +96,11 @@ contains
       columns = iteration%m - iteration%n
       base = reshape(iteration%base(:, iteration%n + 1:iteration%m), [3, n, columns])
       allocate (force(3, size(s%du, 2), columns), du(3, size(s%du, 2), columns))
-      call forces_of_shifts(system, work, base, force)
+      call forces_of_shifts(system%contact, work, base, force)
       if (s%full) then
-        call answer_full(system, force, du, arrived)
+        call answer_full(system, form, force, du, arrived)
       else
-        call answer_forces(system%condensed, s, force, du, arrived)
+        call answer_forces(form%condensed, s, force, du, arrived)
       end if
       image = base - shifts_answered(work, base, du)
       call add_images(columns_of(image), iteration)
@@ -108,15 +111,13 @@ contains
   end subroutine close_lack
 
   !> Candidates rest until they are solved for.
-  subroutine rest_candidates(system, s)
-    type(system_t), intent(in) :: system !! condensed, or not
+  subroutine rest_candidates(condensed, s)
+    type(condensed_t), intent(in) :: condensed !! condensed, or not
     type(sensitivity_t), intent(inout) :: s !! gets du
     integer :: i
 
-    associate (condensed => system%condensed)
-      do i = 1, condensed%n
-        s%du(condensed%direction(i), condensed%node(i), :) = 0.0_wp
-      end do
-    end associate
+    do i = 1, condensed%n
+      s%du(condensed%direction(i), condensed%node(i), :) = 0.0_wp
+    end do
   end subroutine rest_candidates
 end module multiplier_answers

@@ -13,6 +13,7 @@ module multiplier_slopes
   use increment_elements, only: work_t, shifted_t, element_motion, add_forces
   use sensitivity_types, only: sensitivity_t
   use system_types, only: system_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: find_shifted, shifts_wanted, shifts_answered, forces_of_shifts, take_shifts
@@ -139,8 +140,8 @@ contains
   end function causes_of
 
   !> Forces of contact that shifts change at fixed displacements.
-  subroutine forces_of_shifts(system, work, shifts, force)
-    type(system_t), intent(in) :: system !! contact elements
+  subroutine forces_of_shifts(contact, work, shifts, force)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(work_t), intent(in) :: work !! elements
     real(wp), intent(in) :: shifts(:, :, :) !! (3, n, columns) [length]
     real(wp), intent(out) :: force(:, :, :) !! (3, nodes, columns) [force]
@@ -150,9 +151,8 @@ contains
     do j = 1, size(force, 3)
       do i = 1, work%shifted%n
         associate (e => work%shifted%element(i))
-          call add_forces(work%elements(e), force_slope(work%slopes(e), &
-            system%contact%d(d03_epsilon, e), 0.0_wp, slope_by_causes(work%slopes(e), &
-            causes_of(shifts(:, i, j)))), force(:, :, j))
+          call add_forces(work%elements(e), force_slope(work%slopes(e), contact%d(d03_epsilon, e), &
+            0.0_wp, slope_by_causes(work%slopes(e), causes_of(shifts(:, i, j)))), force(:, :, j))
         end associate
       end do
     end do

@@ -187,8 +187,7 @@ contains
             if (more(place)%table /= loads(k)%table) cycle
             call add_displacement(more(place), weights(v)/h, displacement)
             call add_force(more(place), weights(v)/h, force)
-            size_of = max(size_of, [largest(more(place)%displacement), &
-              largest(more(place)%force)])
+            size_of = max(size_of, [largest(more(place)%displacement), largest(more(place)%force)])
           end do
         end associate
       end do

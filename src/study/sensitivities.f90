@@ -21,7 +21,8 @@ module sensitivities
   use sensitivity_start, only: start_scene, remember_points
   use lever_sums, only: sum_by_levers
   use sensitivity_types, only: sensitivity_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: follow_increment
@@ -32,9 +33,10 @@ module sensitivities
 contains
 
   !> Takes the derivatives from the last state to the one that has just been accepted.
-  subroutine follow_increment(model, system, state, s, trouble)
+  subroutine follow_increment(model, system, form, state, s, trouble)
     type(model_t), intent(in) :: model !! pairs with their new history
     type(system_t), intent(inout) :: system !! contact elements as solved; its factor is used
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(in) :: state !! the new state
     type(sensitivity_t), intent(inout) :: s !! derivatives
     character(:), allocatable, intent(out) :: trouble !! empty if all went well
@@ -47,32 +49,32 @@ contains
       return
     end if
     if (.not. s%started) then
-      s%full = system%form%knows_inside
+      s%full = form%kind%knows_inside
       if (s%full .and. is_late(s)) then
         trouble = 'derivatives of a run with the condensed form go on with that form only'
         return
       end if
-      if (s%full) call start_full(model, system, s)
-      if (.not. s%full) call start_scene(model, system, s)
-    else if (s%full .neqv. system%form%knows_inside) then
+      if (s%full) call start_full(model, system%equation, s)
+      if (.not. s%full) call start_scene(model, system, form, s)
+    else if (s%full .neqv. form%kind%knows_inside) then
       trouble = 'the solver has changed between the condensed and the full form'
       return
     end if
-    right = system%right
+    right = form%right
     contact_force = system%contact_force
     system%contact%hold = .false.
     system%contact%slide = .false.
     system%contact%keep = 0.0_wp
     call load_elements(model, system, work)
-    call find_causes(model, system, s, work)
+    call find_causes(model, system, form%condensed, s, work)
     call find_shifted(model, system, s, work)
-    call change_ways(model, system, state%time, s)
-    call solve_increment(model, system, state%time, s, work, trouble)
+    call change_ways(model, system%equation, form, state%time, s)
+    call solve_increment(model, system, form, state%time, s, work, trouble)
     if (len(trouble) > 0) return
-    call collect_forces(model, system, s, work)
+    call collect_forces(model, system, form, s, work)
     call settle(model, system, s, work)
-    call add_reactions(model, system, state, s)
-    system%right = right
+    call add_reactions(model, system, form, state, s)
+    form%right = right
     system%contact_force = contact_force
     if (allocated(system%contact%reached)) deallocate (system%contact%reached)
   end subroutine follow_increment
@@ -86,9 +88,10 @@ contains
   end function is_late
 
   !> Derivatives of the prescribed displacements; those of the candidates are not known yet.
-  subroutine change_ways(model, system, time, s)
+  subroutine change_ways(model, equation, form, time, s)
     type(model_t), intent(in) :: model !! loads and their tables
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! gets du
     real(wp) :: ways(3, model%mesh%nodes)
@@ -110,17 +113,18 @@ contains
       end associate
       do i = 1, size(s%levers%supports)
         associate (node => s%levers%supports(i))
-          where (system%equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
+          where (equation(:, node) == 0) s%du(:, node, j) = ways(:, node)
         end associate
       end do
     end do
-    call rest_candidates(system, s)
+    call rest_candidates(form%condensed, s)
   end subroutine change_ways
 
   !> Contact forces of all nodes, contact sums, and how far points are from another status.
-  subroutine collect_forces(model, system, s, work)
+  subroutine collect_forces(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks; du of
     !! open points
     type(work_t), intent(inout) :: work !! elements, causes; gets the whole change
@@ -143,16 +147,17 @@ contains
           call add_forces(work%elements(e), dr, s%force(:, :, j))
           s%contact(:, k, j) = s%contact(:, k, j) - dr(1:3)
         end do
-        call look_at_border(system, work, e, dx, s, k)
+        call look_at_border(system%contact, work, e, dx, s, k)
       end do
     end do
-    call look_at_open(model, system, s, work)
+    call look_at_open(model, system, form, s, work)
   end subroutine collect_forces
 
   !> The same of open points, whose displacements are not all known yet.
-  subroutine look_at_open(model, system, s, work)
+  subroutine look_at_open(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
+    type(form_t), intent(in) :: form !! condensed
     type(sensitivity_t), intent(inout) :: s !! force given; gets du, range, kinks
     type(work_t), intent(in) :: work !! elements, causes
     real(wp) :: dx(12, size(s%slopes))
@@ -174,7 +179,7 @@ contains
           wanted(work%elements(e)%ix(:work%elements(e)%nel)) = .true.
       end do
     end do
-    call complete_nodes(system, wanted, s)
+    call complete_nodes(form%condensed, wanted, s)
     do k = 1, size(model%pairs)
       do e = system%place%first_point(k), system%place%first_point(k) + &
         count_points(model%pairs(k)) - 1
@@ -183,14 +188,14 @@ contains
         do j = 1, size(s%slopes)
           dx(:, j) = element_motion(work%elements(e), s%du(:, :, j))
         end do
-        call look_at_border(system, work, e, dx, s, k)
+        call look_at_border(system%contact, work, e, dx, s, k)
       end do
     end do
   end subroutine look_at_open
 
   !> Change of each parameter after which one point changes its status, to first order.
-  subroutine look_at_border(system, work, e, dx, s, k)
-    type(system_t), intent(in) :: system !! contact elements
+  subroutine look_at_border(contact, work, e, dx, s, k)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(work_t), intent(in) :: work !! elements, causes
     integer, intent(in) :: e !! the element
     real(wp), intent(in) :: dx(:, :) !! (12, parameters) motion of S, 1, 2, 3 [length]
@@ -200,7 +205,7 @@ contains
     integer :: j
     logical :: kink, rubs
 
-    associate (mine => work%slopes(e), list => system%contact)
+    associate (mine => work%slopes(e), list => contact)
       rubs = mine%status > status_open .and. any(abs(mine%dover_x) > 0.0_wp)
       kink = abs(mine%rho) <= border_gap*facet_size(work%elements(e)%xl(:, list%slaves(e) + 1: &
         list%slaves(e) + 3))
@@ -252,8 +257,7 @@ contains
               s%dtip(:, e, j) = 0.0_wp
             else if (point%status <= status_open) then
               s%dtip(:, e, j) = projection_slope(model%pairs(k), p, point%target, &
-                system%position%x_now, &
-                s%du(:, :, j))
+                system%position%x_now, s%du(:, :, j))
             else
               s%dtip(:, e, j) = work%change(4:5, e, j)
             end if
@@ -261,27 +265,27 @@ contains
         end associate
       end do
     end do
-    call remember_points(model, system, s)
+    call remember_points(model, system%place, s)
   end subroutine settle
 
   !> Derivatives of the reactions, and Euler's sum.
-  subroutine add_reactions(model, system, state, s)
+  subroutine add_reactions(model, system, form, state, s)
     type(model_t), intent(in) :: model !! conditions
     type(system_t), intent(in) :: system !! equations, bodies
+    type(form_t), intent(in) :: form !! matrix
     type(state_t), intent(in) :: state !! time, displacements
-    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, pseudo_step
+    type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
 
     if (s%full) then
-      call full_reactions(model, system, state, s)
+      call full_reactions(model, system, form%whole, state, s)
     else
       call sum_supports(model, system, state, s)
     end if
-    associate (pseudo_step => s%pseudo_step)
-      pseudo_step%error = 0.0_wp
-      if (any(abs(s%total) > 0.0_wp)) pseudo_step%error = maxval(abs( &
-        pseudo_step%factor(1)*s%reaction(:, :, pseudo_step%slope(1)) &
-        + pseudo_step%factor(2)*s%reaction(:, :, &
-        pseudo_step%slope(2)) - s%total))/maxval(abs(s%total))
+    associate (euler => s%euler)
+      euler%error = 0.0_wp
+      if (any(abs(s%total) > 0.0_wp)) euler%error = maxval(abs(euler%factor(1)*s%reaction(:, :, &
+        euler%slope(1)) + euler%factor(2)*s%reaction(:, :, euler%slope(2)) - &
+        s%total))/maxval(abs(s%total))
     end associate
   end subroutine add_reactions
 

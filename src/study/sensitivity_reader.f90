@@ -68,7 +68,7 @@ contains
   !> The two columns that Euler's sum is made of: all penalties; all moduli and forces.
   subroutine add_check(model, s)
     type(model_t), intent(in) :: model !! the problem
-    type(sensitivity_t), intent(inout) :: s !! gets pseudo_step, and slopes that are not there yet
+    type(sensitivity_t), intent(inout) :: s !! gets euler, and slopes that are not there yet
     type(slope_t) :: penalties, moduli
 
     penalties = new_slope('penalties', model)
@@ -88,13 +88,13 @@ contains
       integer :: j
 
       do j = 1, s%shown
-        s%pseudo_step%slope(i) = j
-        s%pseudo_step%factor(i) = times_slope(model, slope, s%slopes(j))
-        if (s%pseudo_step%factor(i) > 0.0_wp) return
+        s%euler%slope(i) = j
+        s%euler%factor(i) = times_slope(model, slope, s%slopes(j))
+        if (s%euler%factor(i) > 0.0_wp) return
       end do
       call add_slope(slope, s)
-      s%pseudo_step%slope(i) = size(s%slopes)
-      s%pseudo_step%factor(i) = 1.0_wp
+      s%euler%slope(i) = size(s%slopes)
+      s%euler%factor(i) = 1.0_wp
     end subroutine add_column
   end subroutine add_check
 

@@ -13,7 +13,8 @@ module sensitivity_start
   use block_matrix, only: multiply
   use body_solves, only: solve_condensed_body
   use lever_sums, only: levers_t, supported_nodes, loaded_nodes
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use system_parts, only: bodies_t, contact_places_t, whole_form_t
   use friction_laws, only: cone_laws, acts
   use sensitivity_types, only: sensitivity_t, slope_t
   implicit none
@@ -35,7 +36,7 @@ contains
     if (.not. s%active) return
     call check_scene(model, system, s%slopes(1)%at, diagnostics)
     do j = 1, size(s%slopes)
-      call find_stiffness(model, system, s%slopes(j), diagnostics)
+      call find_stiffness(model, system%body, s%slopes(j), diagnostics)
     end do
   end subroutine check_slopes
 
@@ -56,19 +57,19 @@ contains
       s%total(3, size(s%sets)), source=0.0_wp)
     allocate (s%range(n, size(model%pairs)), source=huge(1.0_wp))
     allocate (s%kinks(size(model%pairs)), source=0)
-    call remember_points(model, system, s)
+    call remember_points(model, system%place, s)
   end subroutine begin_sensitivities
 
   !> Target facets, apexes and status of the last state.
-  subroutine remember_points(model, system, s)
+  subroutine remember_points(model, place, s)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! where each pair begins
+    type(contact_places_t), intent(in) :: place !! where each pair begins
     type(sensitivity_t), intent(inout) :: s !! gets target, status, apex
     integer :: k, p
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        associate (e => system%place%first_point(k) + p - 1, point => model%pairs(k)%history%old(p))
+        associate (e => place%first_point(k) + p - 1, point => model%pairs(k)%history%old(p))
           s%target(e) = point%target
           s%status(e) = point%status
           s%apex(:, e) = point%apex
@@ -105,7 +106,7 @@ contains
     if (allocated(system%loads%spring)) call refuse('SPRIng')
     if (allocated(system%loads%pressed)) call refuse('a pressure that follows its faces')
     if (any(model%conditions%loads%form /= form_plain)) call refuse('ROTAtion')
-    if (system%tools%border%n > 0) call refuse('a rigid body with free motions')
+    if (system%tools%unknowns > 0) call refuse('a rigid body with free motions')
     if (any(system%body%floating)) call refuse('a body that contact alone holds')
     if (.not. system%bulk%linear) call refuse('finite strain')
 
@@ -121,22 +122,22 @@ contains
   end subroutine check_scene
 
   !> Changes of Young's modulus as changes of whole bodies.
-  subroutine find_stiffness(model, system, slope, diagnostics)
+  subroutine find_stiffness(model, body, slope, diagnostics)
     type(model_t), intent(in) :: model !! materials of the elements
-    type(system_t), intent(in) :: system !! bodies of the nodes
+    type(bodies_t), intent(in) :: body !! bodies of the nodes
     type(slope_t), intent(inout) :: slope !! gets stiffness
     type(diagnostics_t), intent(inout) :: diagnostics !! hears of a body of which a part changes
-    logical :: seen(system%body%bodies)
+    logical :: seen(body%bodies)
     integer :: e, b, m
 
-    allocate (slope%stiffness(system%body%bodies), source=0.0_wp)
+    allocate (slope%stiffness(body%bodies), source=0.0_wp)
     if (all(abs(slope%modulus) <= 0.0_wp)) return
     seen = .false.
     do e = 1, model%mesh%elements
       m = model%element_material(e)
       if (m == 0) cycle
       if (model%materials(m)%rigid) cycle
-      b = maxval(system%body%node_body(model%mesh%ix(1:4, e)))
+      b = maxval(body%node_body(model%mesh%ix(1:4, e)))
       if (b == 0) cycle
       if (seen(b) .and. abs(slope%stiffness(b) - slope%modulus(m)) > &
         1.0e-9_wp*(abs(slope%stiffness(b)) + abs(slope%modulus(m)))) then
@@ -153,9 +154,10 @@ contains
 
   !> Levers of the reaction sets, and displacements for unit changes of loads: all of them with one
   !! pass over the factors.
-  subroutine start_scene(model, system, s)
+  subroutine start_scene(model, system, form, s)
     type(model_t), intent(in) :: model !! conditions, sets
     type(system_t), intent(in) :: system !! condensed
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(sensitivity_t), intent(inout) :: s !! gets levers, pushed, influence of slopes
     type(load_t), allocatable :: loads(:)
     real(wp), allocatable :: u(:, :, :), force(:, :, :)
@@ -173,14 +175,15 @@ contains
     levers = own + 3*size(s%sets)
     allocate (u(3, model%mesh%nodes, levers + own + n), force(3, model%mesh%nodes, levers + own + &
       n), source=0.0_wp)
-    call apply_loads(system, model%conditions%loads, .true., u(:, :, :own), force(:, :, :own))
-    call move_sets(model, system, s%sets, u(:, :, own + 1:levers))
-    call apply_loads(system, model%conditions%loads, .false., u(:, :, levers + 1:levers + own), &
-      force(:, :, levers + 1:levers + own))
-    call apply_loads(system, loads, .true., u(:, :, levers + own + 1:), &
+    call apply_loads(system%equation, model%conditions%loads, .true., u(:, :, :own), force(:, :, &
+      :own))
+    call move_sets(model, system%equation, s%sets, u(:, :, own + 1:levers))
+    call apply_loads(system%equation, model%conditions%loads, .false., u(:, :, levers + 1:levers + &
+      own), force(:, :, levers + 1:levers + own))
+    call apply_loads(system%equation, loads, .true., u(:, :, levers + own + 1:), &
       force(:, :, levers + own + 1:))
-    call find_displacements(system, force, u, system%condensed%outer%influence)
-    call take_levers(model, system, loads, u(:, :, own + 1:levers), s%levers)
+    call find_displacements(system%body, form, force, u, form%condensed%outer%influence)
+    call take_levers(model, system%equation, form%whole, loads, u(:, :, own + 1:levers), s%levers)
     s%pushed = u(:, :, levers + 1:levers + own)
     n = levers + own
     do j = 1, size(s%slopes)
@@ -193,24 +196,25 @@ contains
   end subroutine start_scene
 
   !> How supports answer to contact forces: displacements for a unit motion of each set.
-  subroutine find_levers(model, system, sets, levers)
+  subroutine find_levers(model, system, form, sets, levers)
     type(model_t), intent(in) :: model !! sets
     type(system_t), intent(in) :: system !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(string_t), intent(in) :: sets(:) !! names
     type(levers_t), intent(out) :: levers !! of these
     real(wp), allocatable :: force(:, :, :), u(:, :, :)
 
     allocate (u(3, model%mesh%nodes, 3*size(sets)), force(3, model%mesh%nodes, 3*size(sets)), &
       source=0.0_wp)
-    call move_sets(model, system, sets, u)
-    call find_displacements(system, force, u)
-    call take_levers(model, system, [load_t ::], u, levers)
+    call move_sets(model, system%equation, sets, u)
+    call find_displacements(system%body, form, force, u)
+    call take_levers(model, system%equation, form%whole, [load_t ::], u, levers)
   end subroutine find_levers
 
   !> Unit motions of sets, where they are held.
-  subroutine move_sets(model, system, sets, u)
+  subroutine move_sets(model, equation, sets, u)
     type(model_t), intent(in) :: model !! sets
-    type(system_t), intent(in) :: system !! equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(string_t), intent(in) :: sets(:) !! names
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, 3*sets) in: 0; out: the motions
     integer, allocatable :: nodes(:)
@@ -221,15 +225,16 @@ contains
       call find_nodes(model%mesh, sets(i)%s, nodes, found)
       do k = 1, 3
         u(k, nodes, 3*i + k - 3) = 1.0_wp
-        where (system%equation > 0) u(:, :, 3*i + k - 3) = 0.0_wp
+        where (equation > 0) u(:, :, 3*i + k - 3) = 0.0_wp
       end do
     end do
   end subroutine move_sets
 
   !> Levers from the displacements, and the forces at the supports.
-  subroutine take_levers(model, system, others, u, levers)
+  subroutine take_levers(model, equation, whole, others, u, levers)
     type(model_t), intent(in) :: model !! pairs, loads
-    type(system_t), intent(in) :: system !! bulk matrix, equations
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(load_t), intent(in) :: others(:) !! loads beside those of the model
     real(wp), intent(in) :: u(:, :, :) !! (3, nodes, 3*sets) displacements
     type(levers_t), intent(inout) :: levers !! all of it
@@ -240,31 +245,32 @@ contains
       allocate (levers%hold(3, nodes, 3, sets))
       do i = 1, sets
         do k = 1, 3
-          call multiply(system%whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
-          where (system%equation > 0) levers%hold(:, :, k, i) = 0.0_wp
+          call multiply(whole%bulk_matrix, levers%u(:, :, k, i), levers%hold(:, :, k, i))
+          where (equation > 0) levers%hold(:, :, k, i) = 0.0_wp
         end do
       end do
     end associate
-    levers%supports = supported_nodes(system%equation)
+    levers%supports = supported_nodes(equation)
     levers%loaded = loaded_nodes(model, others)
   end subroutine take_levers
 
   !> Displacements of all bodies for a unit of each load, prescribed values and forces.
-  subroutine load_bodies(system, loads, u)
+  subroutine load_bodies(system, form, loads, u)
     type(system_t), intent(in) :: system !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     type(load_t), intent(in) :: loads(:) !! the loads
     real(wp), intent(out) :: u(:, :, :) !! (3, nodes, loads) [length]
     real(wp), allocatable :: force(:, :, :)
 
     u = 0.0_wp
     allocate (force(3, size(u, 2), size(loads)), source=0.0_wp)
-    call apply_loads(system, loads, .true., u, force)
-    call find_displacements(system, force, u)
+    call apply_loads(system%equation, loads, .true., u, force)
+    call find_displacements(system%body, form, force, u)
   end subroutine load_bodies
 
   !> A unit of each load.
-  subroutine apply_loads(system, loads, whole, u, force)
-    type(system_t), intent(in) :: system !! equations
+  subroutine apply_loads(equation, loads, whole, u, force)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(load_t), intent(in) :: loads(:) !! the loads
     logical, intent(in) :: whole !! prescribed values and forces, not the forces alone
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, loads) grow by prescribed values [length]
@@ -273,15 +279,16 @@ contains
 
     do k = 1, size(loads)
       if (whole) call add_displacement(loads(k), 1.0_wp, u(:, :, k))
-      where (system%equation > 0) u(:, :, k) = 0.0_wp
+      where (equation > 0) u(:, :, k) = 0.0_wp
       call add_force(loads(k), 1.0_wp, force(:, :, k))
     end do
   end subroutine apply_loads
 
   !> Displacements of all bodies under forces and prescribed values, for all columns; those that are
   !! multiples of others are solved for once, and not at all where the first ones are known.
-  subroutine find_displacements(system, force, u, known)
-    type(system_t), intent(in) :: system !! factors of the bodies
+  subroutine find_displacements(body, form, force, u, known)
+    type(bodies_t), intent(in) :: body !! factors of the bodies
+    type(form_t), intent(in) :: form !! condensed, matrix
     real(wp), intent(inout) :: force(:, :, :) !! (3, nodes, n) applied forces; changed [force]
     real(wp), intent(inout) :: u(:, :, :) !! (3, nodes, n) prescribed values; out: all [length]
     real(wp), optional, intent(in) :: known(:, :, :) !! (3, nodes, m) those of the first columns
@@ -298,15 +305,15 @@ contains
     columns = pack([(k, k=first, size(u, 3))], like(first:) == [(k, k=first, size(u, 3))])
     allocate (internal(3, size(u, 2)))
     do k = 1, size(columns)
-      call multiply(system%whole%bulk_matrix, u(:, :, columns(k)), internal)
+      call multiply(form%whole%bulk_matrix, u(:, :, columns(k)), internal)
       force(:, :, columns(k)) = force(:, :, columns(k)) - internal
     end do
     b = force(:, :, columns)
     x = u(:, :, columns)
     if (present(known)) u(:, :, :first - 1) = known
-    do i = 1, system%body%bodies
-      if (.not. allocated(system%condensed%bodies(i)%node)) cycle
-      call solve_condensed_body(system%condensed%bodies(i), b, x)
+    do i = 1, body%bodies
+      if (.not. allocated(form%condensed%bodies(i)%node)) cycle
+      call solve_condensed_body(form%condensed%bodies(i), b, x)
     end do
     u(:, :, columns) = x
     do k = 1, size(u, 3)

@@ -33,11 +33,11 @@ module sensitivity_types
   end type slope_t
 
   !> Euler's sum: derivatives by all penalties, and by all moduli and forces, make the reactions.
-  type :: pseudo_step_t
+  type :: euler_t
     integer :: slope(2) = 0 !! columns that they are multiples of
     real(wp) :: factor(2) = 0.0_wp !! and by what
     real(wp) :: error = 0.0_wp !! of the sum, over the reactions
-  end type pseudo_step_t
+  end type euler_t
 
   !> Parameters, and the derivatives of the state by them.
   type :: sensitivity_t
@@ -62,7 +62,7 @@ module sensitivity_types
     integer, allocatable :: kinks(:) !! (pairs) points whose status is at its border
     integer :: lost = 0 !! points whose way to their target has not been found again
     integer :: touched = 0 !! points that have touched first within an increment
-    type(pseudo_step_t) :: pseudo_step !! check of all of them
+    type(euler_t) :: euler !! check of all of them
     type(answers_t) :: answers !! what the last ones have left
   end type sensitivity_t
 contains

@@ -268,8 +268,7 @@ contains
       if (size(study%varied(p)%values) == size(study%varied(1)%values)) cycle
       call report_error(diagnostics, study%varied(p)%at, ''''//study%varied(p)%name//''' has '// &
         to_text(size(study%varied(p)%values))//' values, and '''//study%varied(1)%name// &
-        ''' has '//to_text(size(study%varied(1)%values)), &
-        'in a LIST or a CHAIN all have as many')
+        ''' has '//to_text(size(study%varied(1)%values)), 'in a LIST or a CHAIN all have as many')
     end do
     if (any(study%form == [study_list, study_chain]) .or. n <= real(most_variants, wp)) return
     call report_error(diagnostics, study%at, 'the study has more than '//to_text(most_variants)// &

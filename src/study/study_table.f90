@@ -4,10 +4,12 @@ module study_table
   use text, only: string_t
   use errors, only: error_t
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use tables, only: table_t, create_reaction_table, write_rows, close_table
   use study_types, only: study_t
   implicit none
   private
-  public :: study_table_t, create_study_table, write_variant, close_study_table, result_t
+  public :: study_table_t, create_study_table, write_variant, close_study_table, result_t, &
+    write_reactions
 
   !> The table, open for writing.
   type :: study_table_t
@@ -118,4 +120,26 @@ contains
       if (t(i:i) == ' ') t(i:i) = '_'
     end do
   end function right
+
+  !> The reactions of one variant at all its end times, as a table of its own.
+  subroutine write_reactions(base, number, title, sets, times, result, error)
+    character(*), intent(in) :: base !! path of the files without ending
+    integer, intent(in) :: number !! the variant
+    character(*), intent(in) :: title !! title of the deck
+    type(string_t), intent(in) :: sets(:) !! sets of the reactions
+    real(wp), intent(in) :: times(:) !! end times
+    type(result_t), intent(in) :: result !! its reactions
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(table_t) :: table
+    character(8) :: text
+    integer :: i
+
+    write (text, '(i0.3)') number
+    call create_reaction_table(table, base//'.'//trim(text)//'.rea', title, sets, error)
+    do i = 1, result%step
+      if (allocated(error)) return
+      call write_rows(table, i, times(i), result%reactions(:, :, i), error)
+    end do
+    if (.not. allocated(error)) call close_table(table, error)
+  end subroutine write_reactions
 end module study_table

@@ -129,8 +129,7 @@ contains
     do first = 1, n, rows_of_strip
       do row = 1, rows, height
         call dgemm('N', 'T', min(height, rows - row + 1), few, min(rows_of_strip, n - first + 1), &
-          1.0_wp, &
-          a(row, first), rows, x(1, first), few, before, y(row, 1), rows)
+          1.0_wp, a(row, first), rows, x(1, first), few, before, y(row, 1), rows)
       end do
       before = 1.0_wp
     end do

@@ -9,11 +9,11 @@ module variant_system
   use contact_overlap, only: measure_overlap
   use contact_targets, only: start_pair
   use condensed_bodies, only: begin_influence
-  use touch_path, only: touch_t
+  use touch_types, only: touch_t
   use multiplier_types, only: multiplier_motion_t
   use sensitivity_start, only: load_bodies
   use lever_sums, only: levers_t, sum_by_levers
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: set_back, change_influence, reactions_by_levers, same_loads
@@ -21,9 +21,10 @@ module variant_system
 contains
 
   !> The state before the first increment, and contact points at their first targets.
-  subroutine set_back(model, system, state)
+  subroutine set_back(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! factors stay, all else is at rest
+    type(form_t), intent(inout) :: form !! gets condensed, du, right
     type(state_t), intent(inout) :: state !! at rest
     integer :: k
 
@@ -37,11 +38,11 @@ contains
     state%reaction = 0.0_wp
     state%rigid = 0.0_wp
     system%u = 0.0_wp
-    system%du = 0.0_wp
+    form%du = 0.0_wp
     system%contact_force = 0.0_wp
     system%inner%bulk_force = 0.0_wp
     if (allocated(system%bulk%memory)) system%bulk%memory = 0.0_wp
-    system%right = 0.0_wp
+    form%right = 0.0_wp
     system%body%told = .false.
     system%place%targets = 0
     associate (list => system%contact)
@@ -59,7 +60,7 @@ contains
     end associate
     system%touch = touch_t()
     system%motion = multiplier_motion_t()
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       if (allocated(condensed%outer%kept)) deallocate (condensed%outer%kept)
       if (allocated(condensed%rigid%alpha)) condensed%rigid%alpha = 0.0_wp
     end associate
@@ -87,14 +88,15 @@ contains
   end function same_loads
 
   !> Displacements for a unit of each load, anew: one substitution a body and load.
-  subroutine change_influence(model, system)
+  subroutine change_influence(model, system, form)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! condensed gets influence, pushes
+    type(system_t), intent(in) :: system !! condensed gets influence, pushes
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       deallocate (condensed%outer%influence, condensed%outer%pushes)
-      call begin_influence(model, system)
-      call load_bodies(system, model%conditions%loads, condensed%outer%influence)
+      call begin_influence(model, system, form)
+      call load_bodies(system, form, model%conditions%loads, condensed%outer%influence)
     end associate
   end subroutine change_influence
 

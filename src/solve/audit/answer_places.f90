@@ -7,7 +7,8 @@ module answer_places
   use quadratic_facet, only: facet_shapes, facet_shapes_t
   use condensed_types, only: condensed_t
   use model_types, only: model_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: place_t, list_places, coupling_of, carried, slip_of
@@ -30,9 +31,10 @@ module answer_places
 contains
 
   !> All points with a facet: their nodes, shares and frames.
-  pure subroutine list_places(model, system, point_state, places)
+  pure subroutine list_places(model, system, form, point_state, places)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, candidates
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), allocatable, intent(out) :: places(:) !! the points
     integer :: e, k, n
@@ -43,7 +45,7 @@ contains
       do e = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%routine(e) == routine_none) cycle
         n = n + 1
-        places(n) = place_of(system, e, point_state(:, e))
+        places(n) = place_of(system, form%condensed, e, point_state(:, e))
         places(n)%pair = k
         places(n)%point = e - system%place%first_point(k) + 1
         places(n)%mu = model%pairs(k)%friction%mu
@@ -56,8 +58,9 @@ contains
   end subroutine list_places
 
   !> A point: a unit force on the slave, and its reaction on the nodes of the facet.
-  pure type(place_t) function place_of(system, e, stress) result(place)
+  pure type(place_t) function place_of(system, condensed, e, stress) result(place)
     type(system_t), intent(in) :: system !! contact elements, candidates
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer, intent(in) :: e !! the contact element
     real(wp), intent(in) :: stress(:) !! its state
     integer :: a, slaves
@@ -65,13 +68,13 @@ contains
     associate (list => system%contact)
       slaves = list%slaves(e)
       place%element = e
-      place%n = slaves + merge(6, 3, size(facet_weights(system, e, list%h2(:, e))) > 3)
+      place%n = slaves + merge(6, 3, size(facet_weights(system%contact, e, list%h2(:, e))) > 3)
       place%share(:slaves) = 1.0_wp
       if (slaves > 1) place%share(:slaves) = list%weight(:slaves, e)
-      place%share(slaves + 1:place%n) = -facet_weights(system, e, list%h2(:, e))
+      place%share(slaves + 1:place%n) = -facet_weights(system%contact, e, list%h2(:, e))
       do a = 1, place%n
-        if (list%ix(a, e) > 0) place%candidate(:, a) = system%condensed%place(:, list%ix(a, e))
-        place%body(a) = body_of(system%condensed, maxval(place%candidate(:, a)))
+        if (list%ix(a, e) > 0) place%candidate(:, a) = condensed%place(:, list%ix(a, e))
+        place%body(a) = body_of(condensed, maxval(place%candidate(:, a)))
       end do
     end associate
     place%frame(:, 1) = stress(10:12)
@@ -80,23 +83,22 @@ contains
   end function place_of
 
   !> Shape functions of the facet below a point, of its corners or of six nodes.
-  pure function facet_weights(system, e, xi) result(weights)
-    type(system_t), intent(in) :: system !! contact elements
+  pure function facet_weights(contact, e, xi) result(weights)
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer, intent(in) :: e !! the contact element
     real(wp), intent(in) :: xi(2) !! place on the facet
     real(wp), allocatable :: weights(:)
     type(facet_shapes_t) :: s
     integer :: n
 
-    s = facet_shapes(xi, facet_of_routine(system%contact%routine(e)))
-    n = min(merge(6, 3, any(abs(s%n(4:6)) > 0.0_wp)), system%contact%nel(e) &
-      - system%contact%slaves(e))
+    s = facet_shapes(xi, facet_of_routine(contact%routine(e)))
+    n = min(merge(6, 3, any(abs(s%n(4:6)) > 0.0_wp)), contact%nel(e) - contact%slaves(e))
     weights = s%n(:n)
   end function facet_weights
 
   !> What forces at one point do to the gap of another, in their frames (eq. (13.6)).
-  pure function coupling_of(system, to, from, held_only) result(w)
-    type(system_t), intent(in) :: system !! compliance
+  pure function coupling_of(condensed, to, from, held_only) result(w)
+    type(condensed_t), intent(in) :: condensed !! compliance
     type(place_t), intent(in) :: to, from !! the points
     logical, intent(in) :: held_only !! only of bodies that supports hold
     real(wp) :: w(3, 3)
@@ -105,7 +107,7 @@ contains
     w = 0.0_wp
     do b = 1, from%n
       if (from%body(b) == 0) cycle
-      associate (body => system%condensed%bodies(from%body(b)))
+      associate (body => condensed%bodies(from%body(b)))
         if (held_only .and. body%motions%n > 0) cycle
         do a = 1, to%n
           if (to%body(a) == from%body(b)) call add_entries(body%compliance, to%candidate(:, a) &
@@ -186,8 +188,8 @@ contains
 
     way = 0.0_wp
     associate (list => system%contact)
-      change = facet_weights(system, e, list%h2(:, e))
-      change = change - facet_weights(system, e, list%h1(:, e))
+      change = facet_weights(system%contact, e, list%h2(:, e))
+      change = change - facet_weights(system%contact, e, list%h1(:, e))
       do a = 1, size(change)
         way = way + change(a)*x(:, list%ix(list%slaves(e) + a, e))
       end do

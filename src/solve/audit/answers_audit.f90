@@ -12,7 +12,8 @@ module answers_audit
   use answer_starts, only: second_answers
   use answer_places, only: place_t, list_places, coupling_of, carried, slip_of
   use model_types, only: model_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use element_lists, only: element_list_t
   use audit_types, only: audit_t, other_answers_t, verdict_ok, verdict_warning, check_answers
   implicit none
   private
@@ -35,9 +36,10 @@ module answers_audit
 contains
 
   !> Judges an end time.
-  subroutine judge_answers(model, system, state, point_state, last, wanted, audit)
+  subroutine judge_answers(model, system, form, state, point_state, last, wanted, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, compliance
+    type(form_t), intent(in) :: form !! condensed, its kind, matrix
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time
@@ -52,18 +54,18 @@ contains
     audit%verdict(check_answers) = verdict_ok
     audit%worst(check_answers) = 0
     audit%value(check_answers) = -1.0_wp
-    call find_obstacle(model, system, audit%answers)
+    call find_obstacle(model, system%contact, form, audit%answers)
     if (len(audit%answers%unknown) > 0) return
-    if (.not. system%form%knows_inside) then
-      call list_places(model, system, point_state, places)
-      call find_weakest(system, point_state, places, audit)
+    if (.not. form%kind%knows_inside) then
+      call list_places(model, system, form, point_state, places)
+      call find_weakest(system%contact, form, point_state, places, audit)
       due = audit%answers%point_share > critical_share .and. count(places%closed) <= few_points
       due = due .or. audit%answers%point_share > 1.0_wp .and. mod(audit%step, every_step) == 0
-      if (due .or. last .or. wanted) call look_at_statuses(model, system, state, point_state, &
-        places, last .or. before >= 0, wanted, audit%answers)
+      if (due .or. last .or. wanted) call look_at_statuses(model, system, form, state, &
+        point_state, places, last .or. before >= 0, wanted, audit%answers)
       audit%value(check_answers) = max(audit%answers%point_share, audit%answers%share)
     else
-      audit%answers%sign = factor_sign(system%whole%solver)
+      audit%answers%sign = factor_sign(form%whole%solver)
       if (audit%answers%sign == 0) audit%answers%unknown = 'this solver does not tell the sign '// &
         'of a determinant'
     end if
@@ -74,15 +76,16 @@ contains
   end subroutine judge_answers
 
   !> Why nothing can be said, if that is so.
-  subroutine find_obstacle(model, system, answers)
+  subroutine find_obstacle(model, contact, form, answers)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! contact elements, compliance
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(form_t), intent(in) :: form !! condensed, its kind
     type(other_answers_t), intent(inout) :: answers !! gets unknown
-    logical :: takes_part(system%contact%n)
+    logical :: takes_part(contact%n)
     integer :: k
 
     answers%unknown = ''
-    takes_part = system%contact%routine /= routine_none
+    takes_part = contact%routine /= routine_none
     if (size(model%pairs) == 0) then
       answers%unknown = 'no contact'
     else if (.not. any([(any(model%pairs(k)%friction%mu > 0.0_wp), k=1, size(model%pairs))])) then
@@ -91,19 +94,18 @@ contains
       answers%unknown = 'contact is by multipliers at nodes'
     else if (.not. any(takes_part)) then
       answers%unknown = 'nothing is near'
-    else if (any([(takes_part(k) .and. any_acts(system%contact%d(d03_law:d03_area - 1, k)), &
+    else if (any([(takes_part(k) .and. any_acts(contact%d(d03_law:d03_area - 1, k)), &
       k=1, size(takes_part))])) then
       answers%unknown = 'a law changes the cone'
-    else if (system%form%knows_inside) then
-      if (system%form%inexact) answers%unknown = 'the bulk is not linear'
-    else if (any([(count(model%pairs(k)%friction%mu > 0.0_wp) == 1, k=1, &
-      size(model%pairs))])) then
+    else if (form%kind%knows_inside) then
+      if (form%kind%inexact) answers%unknown = 'the bulk is not linear'
+    else if (any([(count(model%pairs(k)%friction%mu > 0.0_wp) == 1, k=1, size(model%pairs))])) then
       answers%unknown = 'friction along one axis alone'
-    else if (system%condensed%points%n > 0) then
+    else if (form%condensed%points%n > 0) then
       answers%unknown = 'a rigid body moves with contact'
-    else if (any(system%condensed%bodies%tree%used .and. system%condensed%bodies%m > 0)) then
+    else if (any(form%condensed%bodies%tree%used .and. form%condensed%bodies%m > 0)) then
       answers%unknown = 'contact is so large that its compliance is no matrix'
-    else if (.not. is_at_hand(system%condensed)) then
+    else if (.not. is_at_hand(form%condensed)) then
       answers%unknown = 'the compliance of contact is not at hand'
     end if
   end subroutine find_obstacle
@@ -121,8 +123,9 @@ contains
 
   !> The point whose friction is the most of what it bears alone. Of bodies that nothing but contact
   !! holds one point alone says nothing: they count as rigid.
-  subroutine find_weakest(system, point_state, places, audit)
-    type(system_t), intent(in) :: system !! contact elements, compliance
+  subroutine find_weakest(contact, form, point_state, places, audit)
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(form_t), intent(in) :: form !! condensed
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(inout) :: places(:) !! the points; gets closed
     type(audit_t), intent(inout) :: audit !! gets point_share, point, worst
@@ -130,12 +133,12 @@ contains
     logical :: moves
     integer :: b, p
 
-    moves = any([(system%condensed%bodies(b)%motions%n > 0, b=1, size(system%condensed%bodies))])
+    moves = any([(form%condensed%bodies(b)%motions%n > 0, b=1, size(form%condensed%bodies))])
     do p = 1, size(places)
-      w = coupling_of(system, places(p), places(p), .false.)
-      places(p)%closed = system%contact%status(places(p)%element) > status_open .and. &
+      w = coupling_of(form%condensed, places(p), places(p), .false.)
+      places(p)%closed = contact%status(places(p)%element) > status_open .and. &
         point_state(13, places(p)%element)*w(1, 1) > least_way*audit%fixed%model_size
-      if (moves) w = coupling_of(system, places(p), places(p), .true.)
+      if (moves) w = coupling_of(form%condensed, places(p), places(p), .true.)
       share = point_borne(w(:, 1), places(p)%mu)
       if (share <= audit%answers%point_share) cycle
       audit%answers%point_share = share
@@ -146,10 +149,11 @@ contains
 
   !> Sign of the tangent, the friction that the statuses bear, and second starts: where the sign is
   !! negative, or where they are asked for.
-  subroutine look_at_statuses(model, system, state, point_state, places, may_search, wanted, &
+  subroutine look_at_statuses(model, system, form, state, point_state, places, may_search, wanted, &
     answers)
     type(model_t), intent(in) :: model !! positions
     type(system_t), intent(in) :: system !! contact elements, compliance
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(in) :: places(:) !! the points
@@ -165,7 +169,7 @@ contains
     answers%too_many = size(closed) > most_closed_points
     if (answers%too_many) return
     if (size(closed) > 0) then
-      call set_problem(model, system, state, point_state, closed, problem, answer)
+      call set_problem(model, system, form, state, point_state, closed, problem, answer)
       answers%sign = tangent_sign(problem, answer)
       answers%share = friction_borne(problem, answer)
     else
@@ -175,14 +179,15 @@ contains
     if (.not. (wanted .or. answers%sign < 0 .and. may_search)) return
     answers%searched = size(places) <= most_searched
     if (.not. answers%searched) return
-    call set_problem(model, system, state, point_state, places, problem, answer)
+    call set_problem(model, system, form, state, point_state, places, problem, answer)
     call search(problem, answer, answers)
   end subroutine look_at_statuses
 
   !> The increment at some points, linearised at its answer (eq. (13.6)).
-  subroutine set_problem(model, system, state, point_state, places, problem, answer)
+  subroutine set_problem(model, system, form, state, point_state, places, problem, answer)
     type(model_t), intent(in) :: model !! positions
     type(system_t), intent(in) :: system !! contact elements, compliance
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(in) :: places(:) !! the points
@@ -193,7 +198,7 @@ contains
 
     n = size(places)
     problem%points = n
-    problem%motions = system%condensed%rigid%modes
+    problem%motions = form%condensed%rigid%modes
     allocate (problem%w(3*n, 3*n), problem%r(3*n, problem%motions), problem%mu(2, n))
     allocate (answer%lambda(3*n), answer%gap(3*n), answer%way(2, n), source=0.0_wp)
     allocate (answer%alpha(problem%motions), source=0.0_wp)
@@ -202,11 +207,11 @@ contains
     do q = 1, n
       problem%mu(:, q) = places(q)%mu
       do p = q, n
-        w = coupling_of(system, places(p), places(q), .false.)
+        w = coupling_of(form%condensed, places(p), places(q), .false.)
         problem%w(3*p - 2:3*p, 3*q - 2:3*q) = w
         problem%w(3*q - 2:3*q, 3*p - 2:3*p) = transpose(w)
       end do
-      problem%r(3*q - 2:3*q, :) = carried(system%condensed, places(q), problem%motions)
+      problem%r(3*q - 2:3*q, :) = carried(form%condensed, places(q), problem%motions)
       associate (force => answer%lambda(3*q - 2:3*q), e => places(q)%element)
         if (answer%status(q) == status_open) then
           answer%gap(3*q - 2) = point_state(4, e)
@@ -249,9 +254,8 @@ contains
     allocate (found%others(4, size(answers) - 1))
     do k = 2, size(answers)
       associate (status => answers(k)%status, lambda => answers(k)%lambda)
-        found%others(:, k - 1) = [real(count(status > status_open), wp), &
-          real(count(status == status_slip), wp), sum(lambda(1::3)), &
-          sum(hypot(lambda(2::3), lambda(3::3)))]
+        found%others(:, k - 1) = [real(count(status > status_open), wp), real(count(status == &
+          status_slip), wp), sum(lambda(1::3)), sum(hypot(lambda(2::3), lambda(3::3)))]
       end associate
     end do
   end subroutine search

@@ -11,7 +11,8 @@ module audit
   use model_types, only: model_t
   use follower_pressure, only: add_pressure_force
   use increment_start, only: begin_at
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   use rigid_report, only: rigid_imbalance
   use balance_audit, only: judge_balance
   use held_bodies, only: supports_of
@@ -23,9 +24,8 @@ module audit
   use edge_audit, only: deepest_edge
   use penalty_audit, only: held_energy, judge_penalty
   use answers_audit, only: judge_answers
-  use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, &
-    check_strain, check_rotation, check_penetration, check_elastic_slip, check_room, &
-    check_edges, most_lost
+  use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, check_strain, &
+    check_rotation, check_penetration, check_elastic_slip, check_room, check_edges, most_lost
   implicit none
   private
   public :: begin_audit, audit_state
@@ -68,7 +68,7 @@ contains
     if (state%step > 0) then
       call begin_at(model, system, state, state%time)
       audit%sum%force = audit%sum%force + system%loads%external
-      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system, audit%sum%force)
+      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system%loads, audit%sum%force)
       audit%sum%work_known = .false.
     end if
     audit%sum%force_before = norm2(audit%sum%force)
@@ -96,9 +96,10 @@ contains
   end function overlap_energy
 
   !> Audits the bodies and the contact points of an end time.
-  subroutine audit_state(model, system, state, settings, point_state, last, audit)
+  subroutine audit_state(model, system, form, state, settings, point_state, last, audit)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! forces as accepted
+    type(form_t), intent(in) :: form !! its kind, matrix
     type(state_t), intent(in) :: state !! the converged state
     type(settings_t), intent(in) :: settings !! tolerances asked for
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
@@ -111,32 +112,32 @@ contains
     if (audit%step == 0) audit%before = -1
     audit%step = state%step
     audit%time = state%time
-    call take_values(model, system, state, value)
+    call take_values(model, system, form%condensed, state, value)
     if (.not. state%whole) then
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance)
       call add_supports(model, value, audit%balance)
     else if (system%bulk%linear) then
       call find_balance(model%mesh%x, system, audit%fixed%center, audit%balance, &
-        supports_of(system, state%reaction))
+        supports_of(system%body, state%reaction))
       if (size(value) > 0) call compare_balance(model, system, value, audit)
     else
       call find_balance(lever_ends(model%mesh%x, state%u, system), system, audit%fixed%center, &
-        audit%balance, supports_of(system, state%reaction))
+        audit%balance, supports_of(system%body, state%reaction))
     end if
-    if (system%tools%border%n > 0) then
+    if (system%tools%unknowns > 0) then
       do b = 1, system%body%bodies
         audit%balance(:, b) = audit%balance(:, b) + rigid_imbalance(model, system, state, b)
       end do
     end if
-    call judge_balance(model, system, state, settings, audit)
-    call find_energies(model, system, state, point_state, last, value, audit)
+    call judge_balance(model, system, form, state, settings, audit)
+    call find_energies(model, system, form, state, point_state, last, value, audit)
     call judge_turns(model, system, state, value, audit)
     call judge_volumes(model, system, state, value, audit)
     call judge_contact(model, system, point_state, audit)
     call judge_penalty(model, system, state, point_state, audit)
     call judge_room(model, audit)
     call judge_edges(model, model%mesh%x(:, :size(state%u, 2)) + state%u, audit)
-    call judge_answers(model, system, state, point_state, last, .false., audit)
+    call judge_answers(model, system, form, state, point_state, last, .false., audit)
     audit%value([check_strain, check_rotation]) = 0.0_wp
     audit%verdict([check_strain, check_rotation]) = verdict_ok
     audit%fields_known = .false.
@@ -144,9 +145,10 @@ contains
 
   !> Work of loads and supports by the trapezoidal rule between end times, and where it has gone.
   !! The strain energy of a linear bulk is half the work of all forces on it.
-  subroutine find_energies(model, system, state, point_state, last, value, audit)
+  subroutine find_energies(model, system, form, state, point_state, last, value, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time
@@ -158,8 +160,9 @@ contains
 
     audit%strain_energy = 0.0_wp
     by_sums = .not. (state%whole .and. audit%sum%whole)
-    if (by_sums) call add_work(model, system, value, audit)
-    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, state, value)
+    if (by_sums) call add_work(model, system, form%condensed, value, audit)
+    if (.not. state%whole) audit%strain_energy = energy_by_sums(model, system, form%condensed, &
+      state, value)
     do i = 1, merge(size(state%u, 2), 0, state%whole)
       f = system%loads%external(:, i) + state%reaction(:, i)
       if (.not. by_sums) audit%sum%work = audit%sum%work + 0.5_wp*dot_product( &
@@ -171,7 +174,7 @@ contains
     end do
     audit%sum%whole = state%whole
     audit%sum%value = value
-    if (size(value) > 0) audit%sum%factors = system%condensed%outer%factors
+    if (size(value) > 0) audit%sum%factors = form%condensed%outer%factors
     if (.not. system%bulk%linear) audit%strain_energy = system%inner%bulk_energy
     call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp

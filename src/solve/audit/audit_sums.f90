@@ -8,6 +8,7 @@ module audit_sums
   use body_measures, only: find_balance
   use audit_types, only: audit_t
   use system_types, only: system_t, state_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: take_values, compare_balance, add_supports, add_work, energy_by_sums
@@ -16,21 +17,22 @@ contains
 
   !> Linear sums of an end time, from its contact forces; the works from displacements inside where
   !! these are known. Nothing where no end time does without displacements inside.
-  subroutine take_values(model, system, state, value)
+  subroutine take_values(model, system, condensed, state, value)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! sums of the condensed form
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(state_t), intent(in) :: state !! the converged state
     real(wp), allocatable, intent(out) :: value(:) !! (sums)
 
-    associate (sums => system%condensed%sums)
+    associate (sums => condensed%sums)
       if (.not. sums%known) then
         allocate (value(0))
       else if (.not. state%whole) then
         value = sums%value
       else
         allocate (value(size(sums%value)))
-        call mapped_sums(system, value)
-        call direct_works(model, system, state, value)
+        call mapped_sums(condensed, value)
+        call direct_works(model, system, condensed, state, value)
       end if
     end associate
   end subroutine take_values
@@ -64,17 +66,18 @@ contains
   end subroutine add_supports
 
   !> Work of loads and supports since the last end time, from what they do on each load's motion.
-  pure subroutine add_work(model, system, value, audit)
+  pure subroutine add_work(model, system, condensed, value, audit)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! factors of the loads
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: value(:) !! (sums)
     type(audit_t), intent(inout) :: audit !! sums of the last end time; work grows
     integer :: r(2), l(2)
 
     if (.not. allocated(audit%sum%factors)) return
-    r = reaction_rows(model, system)
+    r = reaction_rows(model, system%body)
     l = load_rows(model, system)
-    associate (before => audit%sum%value, factors => system%condensed%outer%factors, &
+    associate (before => audit%sum%value, factors => condensed%outer%factors, &
       factors_before => audit%sum%factors)
       audit%sum%work = audit%sum%work + 0.5_wp*dot_product(value(r(1):r(2)) + before(r(1):r(2)), &
         factors - factors_before) + 0.5_wp*dot_product(factors + factors_before, &
@@ -83,19 +86,19 @@ contains
   end subroutine add_work
 
   !> Strain energy: half the work of all forces on the bulk.
-  pure real(wp) function energy_by_sums(model, system, state, value) result(energy)
+  pure real(wp) function energy_by_sums(model, system, condensed, state, value) result(energy)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! factors of the loads, forces of contact
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(state_t), intent(in) :: state !! displacements where contact acts
     real(wp), intent(in) :: value(:) !! (sums)
     integer :: r(2), l(2), i
 
-    r = reaction_rows(model, system)
+    r = reaction_rows(model, system%body)
     l = load_rows(model, system)
-    energy = 0.5_wp*dot_product(system%condensed%outer%factors, value(r(1):r(2)) &
-      + value(l(1):l(2)))
+    energy = 0.5_wp*dot_product(condensed%outer%factors, value(r(1):r(2)) + value(l(1):l(2)))
     do i = 1, size(state%u, 2)
-      if (system%condensed%candidate(i)) energy = energy &
+      if (condensed%candidate(i)) energy = energy &
         - 0.5_wp*dot_product(state%u(:, i), system%contact_force(:, i))
     end do
   end function energy_by_sums

@@ -6,7 +6,10 @@ module balance_audit
   use elmlib, only: routine_none, routine_finite
   use elmt03, only: d03_epsilon
   use model_types, only: model_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
+  use condensed_types, only: condensed_t
+  use element_lists, only: bulk_list_t, element_list_t
   use audit_types, only: audit_t, verdict_ok, verdict_failed, check_balance
   implicit none
   private
@@ -31,9 +34,10 @@ module balance_audit
 contains
 
   !> Whether each body is in balance.
-  subroutine judge_balance(model, system, state, settings, audit)
+  subroutine judge_balance(model, system, form, state, settings, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! the converged state
     type(settings_t), intent(in) :: settings !! tolerances asked for
     type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed,
@@ -49,14 +53,14 @@ contains
     if (sane >= 1.0_wp) audit%scale = max(audit%scale, now)
     audit%sum%force_before = audit%scale
     if (sane >= 1.0_wp) audit%sum%force_before = now
-    noise = sum_noise_factor*(sane*system%scale%round_off + place_noise(system, &
+    noise = sum_noise_factor*(sane*system%scale%round_off + place_noise(system%contact, &
       audit%fixed%model_size) &
       + machine_epsilon*stiffest(model)*audit%fixed%model_size*sane*largest_of(state%u))
     audit%noise = noise
     ! round-off below what is allowed in any case asks for no strains
     strain = 0.0_wp
     if (noise > tolerance(model, settings)*audit%scale) call find_strains(model%mesh%x, system, &
-      state, strain)
+      form, state, strain)
     audit%worst(check_balance) = 0
     audit%component = 0
     audit%lacking = 0.0_wp
@@ -84,16 +88,16 @@ contains
     end do
     audit%value(check_balance) = 0.0_wp
     if (audit%scale > 0.0_wp) audit%value(check_balance) = audit%lacking/audit%scale
-    audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, &
-      audit%lacking <= audit%allowed)
+    audit%verdict(check_balance) = merge(verdict_ok, verdict_failed, audit%lacking <= audit%allowed)
   end subroutine judge_balance
 
   !> Largest strain of an edge of each body, beyond what round-off of places makes of it. A body
   !! that loads or contact act on carries what makes the strains of others: it counts as strained as
   !! the most strained one.
-  pure subroutine find_strains(x, system, state, strain)
+  pure subroutine find_strains(x, system, form, state, strain)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! elements, loads, contact forces
+    type(form_t), intent(in) :: form !! condensed
     type(state_t), intent(in) :: state !! displacements
     real(wp), intent(out) :: strain(:) !! (bodies) largest magnitude, 0 where there is none
     real(wp) :: most, noise
@@ -105,7 +109,8 @@ contains
     do k = 1, system%bulk%n
       if (system%bulk%routine(k) == routine_none) cycle
       associate (body => system%body%node_body(system%bulk%ix(1, k)))
-        if (body > 0) strain(body) = max(strain(body), element_strain(x, system, state, k, noise))
+        if (body > 0) strain(body) = max(strain(body), element_strain(x, system%bulk, &
+          form%condensed, state, k, noise))
       end associate
     end do
     loaded = .false.
@@ -119,9 +124,10 @@ contains
 
   !> Largest strain of the edges between the corners of an element, Green's where strain is finite.
   !! Where displacements inside are not known those of the candidates of contact are.
-  pure real(wp) function element_strain(x, system, state, k, noise) result(strain)
+  pure real(wp) function element_strain(x, bulk, condensed, state, k, noise) result(strain)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(in) :: system !! its elements
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(state_t), intent(in) :: state !! displacements
     integer, intent(in) :: k !! the element
     real(wp), intent(in) :: noise !! round-off of a place [length]
@@ -129,21 +135,21 @@ contains
     integer :: i, j
 
     strain = 0.0_wp
-    associate (node => system%bulk%ix(1:4, k))
+    associate (node => bulk%ix(1:4, k))
       if (.not. state%whole) then
-        if (count(system%condensed%candidate(node)) < 2) return
+        if (count(condensed%candidate(node)) < 2) return
       end if
       do i = 1, 3
         do j = i + 1, 4
           if (.not. state%whole) then
-            if (.not. all(system%condensed%candidate(node([i, j])))) cycle
+            if (.not. all(condensed%candidate(node([i, j])))) cycle
           end if
           edge = x(:, node(j)) - x(:, node(i))
           change = state%u(:, node(j)) - state%u(:, node(i))
           squared = dot_product(edge, edge)
           if (squared <= 0.0_wp) cycle
           longer = dot_product(edge, change)
-          if (system%bulk%routine(k) == routine_finite) longer = longer + 0.5_wp*dot_product( &
+          if (bulk%routine(k) == routine_finite) longer = longer + 0.5_wp*dot_product( &
             change, change)
           strain = max(strain, (abs(longer) - noise*(sqrt(squared) + norm2(change)))/squared)
         end do
@@ -164,15 +170,14 @@ contains
   end function stiffest
 
   !> What the round-off of a place within the model makes of a gap, as a force of its penalty.
-  pure real(wp) function place_noise(system, model_size) result(noise)
-    type(system_t), intent(in) :: system !! contact elements
+  pure real(wp) function place_noise(contact, model_size) result(noise)
+    type(element_list_t), intent(in) :: contact !! contact elements
     real(wp), intent(in) :: model_size !! diagonal of the box around all nodes [length]
     integer :: k
 
     noise = 0.0_wp
-    do k = 1, system%contact%n
-      if (system%contact%routine(k) /= routine_none) noise = max(noise, &
-        system%contact%d(d03_epsilon, k))
+    do k = 1, contact%n
+      if (contact%routine(k) /= routine_none) noise = max(noise, contact%d(d03_epsilon, k))
     end do
     noise = machine_epsilon*model_size*noise
   end function place_noise

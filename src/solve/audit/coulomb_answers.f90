@@ -235,8 +235,7 @@ contains
       if (largest < far_below) return
       c = a
     end if
-    call dgeev('N', 'N', size(a, 1), c, size(a, 1), x, y, left, 1, right, 1, work, size(work), &
-      info)
+    call dgeev('N', 'N', size(a, 1), c, size(a, 1), x, y, left, 1, right, 1, work, size(work), info)
     largest = 0.0_wp
     if (info /= 0) return
     largest = max(0.0_wp, maxval(x, abs(y) <= real_enough*maxval(abs(x))))

@@ -33,8 +33,7 @@ contains
     audit%verdict(check_penalty) = verdict_ok
     energy = [(energy_of_pair(model, system, k, point_state), k=1, size(model%pairs))]
     stored = sum(energy) + max(audit%strain_energy, 0.0_wp)
-    if (allocated(system%loads%spring)) stored = stored &
-      + 0.5_wp*sum(system%loads%spring*state%u**2)
+    if (allocated(system%loads%spring)) stored = stored + 0.5_wp*sum(system%loads%spring*state%u**2)
     if (sum(energy) <= 0.0_wp .or. stored <= least_energy*audit%sum%largest_energy) return
     audit%value(check_penalty) = sum(energy)/stored
     audit%worst(check_penalty) = maxloc(energy, 1)

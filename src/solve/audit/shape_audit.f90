@@ -92,7 +92,6 @@ contains
     where (judged) change = change/audit%fixed%volume
     audit%worst(check_volume) = maxloc(abs(change), 1, judged)
     audit%value(check_volume) = change(audit%worst(check_volume))
-    if (abs(audit%value(check_volume)) > most_swelling) &
-      audit%verdict(check_volume) = verdict_failed
+    if (abs(audit%value(check_volume)) > most_swelling) audit%verdict(check_volume) = verdict_failed
   end subroutine judge_volumes
 end module shape_audit

@@ -5,8 +5,7 @@ module block_inverses
   use lapack_interface, only: sgetrf, sgetrs, saxpy
   use back_ends, only: solver_done, solver_singular
   use near_field, only: take_near
-  use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t, &
-    contact_block_t
+  use condensed_types, only: condensed_t, condensed_body_t, contact_tangent_t, contact_block_t
   implicit none
   private
   public :: factorise_block, is_of, body_of

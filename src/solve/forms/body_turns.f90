@@ -20,8 +20,9 @@ contains
   !> Which bodies' rotations are followed: those that are of finite strain all through, for a small
   !! strain does not turn; and about what axes supports let their nodes turn, for a support that
   !! holds a node in some directions must hold it in the same ones after the rotation.
-  subroutine start_turns(system)
-    type(system_t), intent(inout) :: system !! bulk, equations; gets turns_about
+  subroutine start_turns(system, condensed)
+    type(system_t), intent(in) :: system !! bulk, equations
+    type(condensed_t), intent(inout) :: condensed !! gets turns_about
     logical :: finite(system%body%bodies)
     integer :: k, b, axis
 
@@ -32,7 +33,7 @@ contains
       if (b > 0) finite(b) = .false.
     end do
     do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
+      associate (body => condensed%bodies(b))
         body%turns_about = merge(turns_freely, turns_not, finite(b))
         body%turned_then = identity
         body%turn = identity
@@ -42,7 +43,7 @@ contains
       b = system%body%node_body(k)
       if (b == 0) cycle
       axis = held_axis(system%equation(:, k) == 0)
-      associate (about => system%condensed%bodies(b)%turns_about)
+      associate (about => condensed%bodies(b)%turns_about)
         if (about == turns_not .or. axis == turns_freely) cycle
         if (about == turns_freely) about = axis
         if (about /= axis) about = turns_not
@@ -61,15 +62,16 @@ contains
   end function held_axis
 
   !> Rotations from the state of the factors to the iterate.
-  subroutine follow_turns(x, system)
+  subroutine follow_turns(x, system, condensed)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u given; gets turn of its bodies
+    type(system_t), intent(in) :: system !! u given
+    type(condensed_t), intent(inout) :: condensed !! gets turn of its bodies
     real(wp) :: turned(3, 3, system%body%bodies)
     integer :: b
 
-    call find_turns(x, system%u, system%condensed, system%body, turned)
+    call find_turns(x, system%u, condensed, system%body, turned)
     do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
+      associate (body => condensed%bodies(b))
         body%turn = matmul(turned(:, :, b), transpose(body%turned_then))
       end associate
     end do
@@ -157,29 +159,31 @@ contains
   end function mean_rotation
 
   !> A nodal field in the frames in which the factors stand.
-  pure subroutine to_frames(system, field)
-    type(system_t), intent(in) :: system !! turn of its bodies
+  pure subroutine to_frames(body, condensed, field)
+    type(bodies_t), intent(in) :: body !! turn of its bodies
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(inout) :: field(:, :) !! (3, nodes)
-    real(wp) :: turn(3, 3, size(system%condensed%bodies))
+    real(wp) :: turn(3, 3, size(condensed%bodies))
     integer :: b
 
     do b = 1, size(turn, 3)
-      turn(:, :, b) = transpose(system%condensed%bodies(b)%turn)
+      turn(:, :, b) = transpose(condensed%bodies(b)%turn)
     end do
-    call turn_nodes(turn, system%body%node_body, field)
+    call turn_nodes(turn, body%node_body, field)
   end subroutine to_frames
 
   !> And back.
-  pure subroutine from_frames(system, field)
-    type(system_t), intent(in) :: system !! turn of its bodies
+  pure subroutine from_frames(body, condensed, field)
+    type(bodies_t), intent(in) :: body !! turn of its bodies
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(inout) :: field(:, :) !! (3, nodes)
-    real(wp) :: turn(3, 3, size(system%condensed%bodies))
+    real(wp) :: turn(3, 3, size(condensed%bodies))
     integer :: b
 
     do b = 1, size(turn, 3)
-      turn(:, :, b) = system%condensed%bodies(b)%turn
+      turn(:, :, b) = condensed%bodies(b)%turn
     end do
-    call turn_nodes(turn, system%body%node_body, field)
+    call turn_nodes(turn, body%node_body, field)
   end subroutine from_frames
 
   !> A vector field turned with each body.
@@ -199,8 +203,9 @@ contains
   end subroutine turn_nodes
 
   !> Matrices of the contact elements in these frames.
-  pure subroutine turn_elements(system)
-    type(system_t), intent(inout) :: system !! contact elements; s of the tangent of condensed
+  pure subroutine turn_elements(system, condensed)
+    type(system_t), intent(in) :: system !! contact elements; s of the tangent of condensed
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     integer :: k, a, c, b
 
     do k = 1, system%contact%n
@@ -208,8 +213,7 @@ contains
       do a = 1, system%contact%nel(k)
         b = system%body%node_body(system%contact%ix(a, k))
         if (b == 0) cycle
-        associate (turn => system%condensed%bodies(b)%turn, &
-                   s => system%condensed%tangent%s(:, :, k))
+        associate (turn => condensed%bodies(b)%turn, s => condensed%tangent%s(:, :, k))
           do c = 1, system%contact%nel(k)
             associate (block => s(3*a - 2:3*a, 3*c - 2:3*c))
               block = matmul(transpose(turn), block)

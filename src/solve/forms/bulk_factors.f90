@@ -9,7 +9,7 @@ module bulk_factors
   use condensed_bodies, only: condense_all
   use bulk_term, only: form_solid_tangent
   use body_turns, only: start_turns, mark_turns
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: condense_bulk, condense_at, condense_at_rest, renew_factors
@@ -21,64 +21,68 @@ module bulk_factors
 contains
 
   !> The first factors of a run: of the bodies at rest, or those that a saved state had.
-  subroutine condense_bulk(system, outcome)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+  subroutine condense_bulk(system, form, outcome)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets the bodies of condensed
     integer, intent(out) :: outcome !! as in back_ends
 
-    call start_turns(system)
-    if (allocated(system%condensed%made_at)) then
-      call condense_at(system, system%condensed%made_at, spread(.true., 1, system%body%bodies), &
-        outcome)
+    call start_turns(system, form%condensed)
+    if (allocated(form%condensed%made_at)) then
+      call condense_at(system, form, form%condensed%made_at, spread(.true., 1, &
+        system%body%bodies), outcome)
       if (outcome /= solver_not_definite) return
     end if
-    call condense_at_rest(system, spread(.true., 1, system%body%bodies), outcome)
+    call condense_at_rest(system, form, spread(.true., 1, system%body%bodies), outcome)
   end subroutine condense_bulk
 
   !> Condenses undeformed bodies, whose stiffness is positive definite whatever the law. Those that
   !! are not wanted keep their factors, if they are at rest.
-  subroutine condense_at_rest(system, wanted, outcome)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+  subroutine condense_at_rest(system, form, wanted, outcome)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     logical :: deformed
 
-    deformed = allocated(system%condensed%made_at)
-    if (deformed) deallocate (system%condensed%made_at)
-    call condense_at(system, 0.0_wp*system%u, wanted .or. deformed, outcome)
+    deformed = allocated(form%condensed%made_at)
+    if (deformed) deallocate (form%condensed%made_at)
+    call condense_at(system, form, 0.0_wp*system%u, wanted .or. deformed, outcome)
   end subroutine condense_at_rest
 
   !> Condenses the bodies as they are at a state; the tangent at hand is left alone, unless factors
   !! answer by themselves.
-  subroutine condense_at(system, u, wanted, outcome)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+  subroutine condense_at(system, form, u, wanted, outcome)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets the bodies of condensed
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: values(:, :, :)
 
-    if (.not. system%condensed%exact) values = system%whole%bulk_matrix%val
-    call form_solid_tangent(system%condensed%rigid%x, u, system)
-    call condense_all(system, wanted, outcome)
-    if (allocated(values)) call move_alloc(values, system%whole%bulk_matrix%val)
-    call mark_turns(system%condensed%rigid%x, u, system%condensed, system%body)
-    if (outcome == solver_done .and. .not. system%condensed%exact) call finish_factors( &
-      system%condensed, system%costs)
+    if (.not. form%condensed%exact) values = form%whole%bulk_matrix%val
+    call form_solid_tangent(form%condensed%rigid%x, u, system, form)
+    call condense_all(system, form, wanted, outcome)
+    if (allocated(values)) call move_alloc(values, form%whole%bulk_matrix%val)
+    call mark_turns(form%condensed%rigid%x, u, form%condensed, system%body)
+    if (outcome == solver_done .and. .not. form%condensed%exact) call finish_factors( &
+      form%condensed, form%costs)
   end subroutine condense_at
 
   !> New factors, of the bodies as they are now. That tangent need not be positive definite: if it
   !! is not, the bodies at rest serve on.
-  subroutine renew_factors(system, outcome)
-    type(system_t), intent(inout) :: system !! u given; gets the bodies of condensed
+  subroutine renew_factors(system, form, outcome)
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! gets the bodies of condensed
     integer, intent(out) :: outcome !! as in back_ends
     logical :: all_bodies(system%body%bodies), definite
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       condensed%made_at = system%u
       all_bodies = .true.
-      call condense_at(system, condensed%made_at, all_bodies, outcome)
+      call condense_at(system, form, condensed%made_at, all_bodies, outcome)
       definite = outcome /= solver_not_definite
       condensed%refusals = merge(0, condensed%refusals + 1, definite)
-      if (.not. definite) call condense_at_rest(system, all_bodies, outcome)
+      if (.not. definite) call condense_at_rest(system, form, all_bodies, outcome)
       condensed%aging = 0.0_wp
       condensed%failed = outcome
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)

@@ -11,7 +11,7 @@ module bulk_passes
   use contact_answer, only: answer
   use condensed_motions, only: push_bodies, in_lengths, add_live_motion, add_motion_inside
   use contact_tangent, only: form_element_matrices
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use condensed_types, only: condensed_t
   implicit none
   private
@@ -25,48 +25,50 @@ module bulk_passes
 contains
 
   !> Frames of the bodies, element matrices in them, and the right-hand side.
-  subroutine begin_direction(system, x)
+  subroutine begin_direction(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets tangent of condensed, right
+    type(form_t), intent(inout) :: form !! gets condensed, right
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call follow_turns(x, system)
-    call form_element_matrices(system, x)
-    call gather_right(system, 0.0_wp, .false.)
+    call follow_turns(x, system, form%condensed)
+    call form_element_matrices(system, form, x)
+    call gather_right(system, form, 0.0_wp, .false.)
   end subroutine begin_direction
 
   !> One pass: the older bulk with today's contact, solved for a right-hand side.
-  subroutine solve_pass(system, right, most, solution, answered)
-    type(system_t), intent(inout) :: system !! condensed bodies, tangent of contact
+  subroutine solve_pass(system, form, right, most, solution, answered)
+    type(system_t), intent(in) :: system !! condensed bodies, tangent of contact
+    type(form_t), intent(inout) :: form !! gets condensed
     real(wp), intent(in) :: right(:) !! (equations) [force]
     integer, intent(in) :: most !! iterations of contact allowed
     real(wp), intent(out) :: solution(:) !! (equations) [length]
     logical, intent(out) :: answered !! contact has been solved for
-    real(wp) :: field(3, size(system%equation, 2)), force(system%condensed%n)
-    real(wp) :: moved(system%condensed%n), alpha(system%condensed%rigid%modes)
+    real(wp) :: field(3, size(system%equation, 2)), force(form%condensed%n)
+    real(wp) :: moved(form%condensed%n), alpha(form%condensed%rigid%modes)
     integer :: b
 
     call spread_values(system%equation, right, field)
-    call to_frames(system, field)
-    call push_bodies(system, field, alpha)
+    call to_frames(system%body, form%condensed, field)
+    call push_bodies(system%body, form%condensed, field, alpha)
     do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
+      associate (body => form%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
-        call reduce_body(body, field, least_inside*norm2(right), system%costs)
+        call reduce_body(body, field, least_inside*norm2(right), form%costs)
         force(body%first + 1:body%first + body%m) = body%reduced(body%equation)
       end associate
     end do
-    call begin_cost(system%costs, cost_solve)
-    call answer_contact(system%condensed, pass_accuracy*norm2(right), most, force, moved, alpha, &
+    call begin_cost(form%costs, cost_solve)
+    call answer_contact(form%condensed, pass_accuracy*norm2(right), most, force, moved, alpha, &
       answered)
-    call end_cost(system%costs, cost_solve)
+    call end_cost(form%costs, cost_solve)
     do b = 1, system%body%bodies
-      associate (body => system%condensed%bodies(b))
+      associate (body => form%condensed%bodies(b))
         if (.not. allocated(body%node)) cycle
-        call complete_body(body, moved(body%first + 1:body%first + body%m), field, system%costs)
+        call complete_body(body, moved(body%first + 1:body%first + body%m), field, form%costs)
       end associate
     end do
-    call add_motion_inside(system, alpha, field)
-    call from_frames(system, field)
+    call add_motion_inside(system, form%condensed, alpha, field)
+    call from_frames(system%body, form%condensed, field)
     call gather_values(system%equation, field, solution)
   end subroutine solve_pass
 

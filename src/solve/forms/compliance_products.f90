@@ -10,7 +10,7 @@ module compliance_products
   use condensation, only: spread_body, push_body
   use tree_compliance, only: apply_tree
   use inside_refinement, only: settle_inside
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: find_equilibrium, fit_motions, spread_product
@@ -92,43 +92,44 @@ contains
   end subroutine add_product
 
   !> Displacements of all nodes under the contact forces of the iterate alone.
-  subroutine spread_product(system, u)
-    type(system_t), intent(inout) :: system !! bodies and force of condensed
+  subroutine spread_product(system, form, u)
+    type(system_t), intent(in) :: system !! bodies and force of condensed
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     real(wp), intent(out) :: u(:, :) !! (3, nodes) [length]
     type(cost_t) :: own(system%body%bodies)
     integer :: b
     logical :: pays
 
     u = 0.0_wp
-    call find_product(system%condensed)
+    call find_product(form%condensed)
     pays = pays_threads(least_row*real(size(u), wp))
-    !$omp parallel do schedule(dynamic, 1) default(none) shared(system, u, own) if(pays)
+    !$omp parallel do schedule(dynamic, 1) default(none) shared(system, form, u, own) if(pays)
     do b = 1, system%body%bodies
-      call spread_product_of(system, b, u, own(b))
+      call spread_product_of(form, b, u, own(b))
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
-      call add_costs(system%costs, own(b))
+      call add_costs(form%costs, own(b))
     end do
   end subroutine spread_product
 
   !> The same for one body.
-  subroutine spread_product_of(system, b, u, costs)
-    type(system_t), intent(in) :: system !! bodies and products of condensed
+  subroutine spread_product_of(form, b, u, costs)
+    type(form_t), intent(in) :: form !! bodies and products of condensed
     integer, intent(in) :: b !! the body
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) gets those of the body [length]
     type(cost_t), intent(inout) :: costs !! cost table
 
-    associate (body => system%condensed%bodies(b))
+    associate (body => form%condensed%bodies(b))
       if (.not. allocated(body%node)) return
       if (body%tree%used) then
-        call push_body(body, -system%condensed%bulk%force(body%first + 1:body%first + body%m), u, &
+        call push_body(body, -form%condensed%bulk%force(body%first + 1:body%first + body%m), u, &
           costs)
         return
       end if
-      call spread_body(body, -system%condensed%bulk%product(body%first + 1:body%first + body%m), &
+      call spread_body(body, -form%condensed%bulk%product(body%first + 1:body%first + body%m), &
         u, costs)
-      if (body%solver%half_inside) call settle_inside(system%whole%bulk_matrix, body, u, costs)
+      if (body%solver%half_inside) call settle_inside(form%whole%bulk_matrix, body, u, costs)
     end associate
   end subroutine spread_product_of
 end module compliance_products

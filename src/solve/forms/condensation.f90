@@ -13,8 +13,7 @@ module condensation
     solver_singular
   use cholmod_solver, only: trailing_block, drop_trailing_block, factor_work
   use elimination_order, only: order_equations
-  use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, &
-    shrink_factor
+  use half_solves, only: solve_columns, reduce_right, complete_solution, halve_factor, shrink_factor
   use coarse_factor, only: factorise_coarsely
   use double_factor, only: factorise_lower
   use condensed_types, only: condensed_body_t, near_compliance_t, tree_t

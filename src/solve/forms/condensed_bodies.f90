@@ -16,7 +16,7 @@ module condensed_bodies
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
     take_shift_out, drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: condense_all, foresee_body, begin_influence, number_candidates, load_candidates, &
@@ -32,8 +32,9 @@ contains
 
   !> Condenses the bodies that are marked, one after the other: what a body needs its factor for is
   !! done before the next one has its own. Several threads take one body each.
-  subroutine condense_all(system, wanted, outcome, model)
-    type(system_t), intent(inout) :: system !! gets the bodies of condensed
+  subroutine condense_all(system, form, wanted, outcome, model)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets the bodies of condensed
     logical, intent(in) :: wanted(:) !! (bodies) those to condense
     integer, intent(out) :: outcome !! as in back_ends
     type(model_t), intent(in), optional :: model !! the influence of its loads is wanted
@@ -52,21 +53,21 @@ contains
     failures = 0
     little = .false.
     if (present(model)) little = asks_little(model, system)
-    if (little) call begin_shares(model, system)
+    if (little) call begin_shares(model, system, form%condensed)
     call sort_bodies(system, order, shared_from)
     !$omp parallel do schedule(dynamic, 1) default(none) private(b, needed, failed) &
-    !$omp& shared(system, wanted, order, ready, matrices, little, own, outcomes, promised, model, &
-    !$omp& shared_from, failures, threads) &
+    !$omp& shared(system, form, wanted, order, ready, matrices, little, own, outcomes, promised, &
+    !$omp& model, shared_from, failures, threads) &
     !$omp& if(threads > 1)
     do k = 1, size(order)
       b = order(k)
       needed = 0.0_wp
       !$omp atomic read
       failed = failures
-      if (wanted(b) .and. failed == 0) call begin_body(system, b, matrices(b), promised, needed, &
-        ready(b), own(b), outcomes(b))
-      if (ready(b)) call finish_body(system, b, matrices(b), little, k <= size(order) - threads, &
-        shared_from(b), own(b), outcomes(b), model)
+      if (wanted(b) .and. failed == 0) call begin_body(system, form, b, matrices(b), promised, &
+        needed, ready(b), own(b), outcomes(b))
+      if (ready(b)) call finish_body(system, form, b, matrices(b), little, k <= size(order) - &
+        threads, shared_from(b), own(b), outcomes(b), model)
       if (outcomes(b) /= solver_done) then
         !$omp atomic
         failures = failures + 1
@@ -76,15 +77,16 @@ contains
     end do
     !$omp end parallel do
     do b = 1, system%body%bodies
-      call add_costs(system%costs, own(b))
+      call add_costs(form%costs, own(b))
     end do
     outcome = maxval(outcomes)
   end subroutine condense_all
 
   !> Numbers and orders the equations of a body, analyses its matrix, and looks whether the factor
   !! fits into the memory.
-  subroutine begin_body(system, b, matrix, promised, needed, ready, costs, outcome)
-    type(system_t), intent(inout) :: system !! gets a body of condensed
+  subroutine begin_body(system, form, b, matrix, promised, needed, ready, costs, outcome)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets a body of condensed
     integer, intent(in) :: b !! the body
     type(ordered_blocks_t), intent(inout) :: matrix !! gets its columns
     real(wp), intent(inout) :: promised !! memory of all factors that are being made [byte]
@@ -97,20 +99,20 @@ contains
 
     outcome = solver_done
     needed = 0.0_wp
-    if (allocated(system%condensed%sums%bodies)) system%condensed%sums%bodies(b) = body_sums_t()
+    if (allocated(form%condensed%sums%bodies)) form%condensed%sums%bodies(b) = body_sums_t()
     call number_equations(system, b, equation)
     ready = any(equation /= 0)
     if (.not. ready) return
-    call fix_body(system, b)
+    call fix_body(system, form%condensed, b)
     queue = 0
     do i = 1, size(queue)
-      if (system%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
+      if (form%condensed%candidate(i) .and. any(equation(:, i) > 0)) queue(i) = maxval(queue) + 1
     end do
-    call prepare_body(system%whole%bulk_matrix, equation, queue, &
-      system%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
-    if (outcome == solver_done .and. is_shifted(system%condensed)) &
-      matrix%doubled(system%condensed%bodies(b)%equation) = .true.
-    if (outcome == solver_done) needed = needed_bytes(system%condensed%bodies(b))
+    call prepare_body(form%whole%bulk_matrix, equation, queue, &
+      form%condensed%bodies(b), may_be_tree(system, b), matrix, costs, outcome)
+    if (outcome == solver_done .and. is_shifted(form%condensed)) &
+      matrix%doubled(form%condensed%bodies(b)%equation) = .true.
+    if (outcome == solver_done) needed = needed_bytes(form%condensed%bodies(b))
     !$omp atomic capture
     promised = promised + needed
     in_all = promised
@@ -122,8 +124,9 @@ contains
   end subroutine begin_body
 
   !> What a body will cost, by the analysis of its matrix, which goes again.
-  subroutine foresee_body(system, b, needed, work, entries, m)
-    type(system_t), intent(inout) :: system !! bodies and candidates of condensed
+  subroutine foresee_body(system, form, b, needed, work, entries, m)
+    type(system_t), intent(in) :: system !! bodies and candidates of condensed
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     integer, intent(in) :: b !! the body
     real(wp), intent(out) :: needed !! memory of factor and compliance [byte]
     real(wp), intent(out) :: work !! products and sums of the factor and of the compliance
@@ -139,8 +142,8 @@ contains
     entries = 0.0_wp
     m = 0
     promised = 0.0_wp
-    call begin_body(system, b, matrix, promised, needed, ready, costs, outcome)
-    associate (body => system%condensed%bodies(b))
+    call begin_body(system, form, b, matrix, promised, needed, ready, costs, outcome)
+    associate (body => form%condensed%bodies(b))
       if (needed > 0.0_wp) call factor_work(body%solver, work, entries)
       if (needed > 0.0_wp .and. .not. body%tree%used) m = body%m
       work = work + 2.0_wp/3.0_wp*real(m, wp)**3
@@ -208,8 +211,9 @@ contains
   end subroutine number_equations
 
   !> Factor, influence of the loads and compliance of a body.
-  subroutine finish_body(system, b, matrix, little, gives, shared_from, costs, outcome, model)
-    type(system_t), intent(inout) :: system !! its body of condensed is prepared
+  subroutine finish_body(system, form, b, matrix, little, gives, shared_from, costs, outcome, model)
+    type(system_t), intent(in) :: system !! its body of condensed is prepared
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     integer, intent(in) :: b !! the body
     type(ordered_blocks_t), intent(inout) :: matrix !! its matrix; goes
     logical, intent(in) :: little !! displacements inside will seldom be asked for
@@ -221,20 +225,20 @@ contains
     real(wp) :: from
     logical :: large
 
-    from = merge(shared_from, 1.0_wp, is_worth_sharing(system%condensed%bodies(b)))
-    call factorise_body(system%whole%bulk_matrix, matrix, system%condensed%bodies(b), &
-      .not. (system%bulk%linear .or. system%condensed%exact), costs, outcome, from)
-    if (outcome == solver_done .and. present(model)) call find_influence(model, system, b, costs, &
-      outcome)
-    if (outcome == solver_done) call form_compliance(system%condensed%rigid%x, &
-      system%condensed%bodies(b), costs, outcome, from)
-    if (outcome == solver_done .and. is_shifted(system%condensed)) call take_shift_out( &
-      system%whole%bulk_matrix, system%condensed%bodies(b), outcome)
+    from = merge(shared_from, 1.0_wp, is_worth_sharing(form%condensed%bodies(b)))
+    call factorise_body(form%whole%bulk_matrix, matrix, form%condensed%bodies(b), &
+      .not. (system%bulk%linear .or. form%condensed%exact), costs, outcome, from)
+    if (outcome == solver_done .and. present(model)) call find_influence(model, system, form, b, &
+      costs, outcome)
+    if (outcome == solver_done) call form_compliance(form%condensed%rigid%x, &
+      form%condensed%bodies(b), costs, outcome, from)
+    if (outcome == solver_done .and. is_shifted(form%condensed)) call take_shift_out( &
+      form%whole%bulk_matrix, form%condensed%bodies(b), outcome)
     if (outcome == solver_done .and. little) then
-      call form_shares(model, system, b, from < 1.0_wp, costs)
-      large = needed_bytes(system%condensed%bodies(b)) > bytes_for_single
-      if ((gives .or. large) .and. .not. system%condensed%bodies(b)%tree%used) &
-        call shrink_body(system%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
+      call form_shares(model, system, form, b, from < 1.0_wp, costs)
+      large = needed_bytes(form%condensed%bodies(b)) > bytes_for_single
+      if ((gives .or. large) .and. .not. form%condensed%bodies(b)%tree%used) &
+        call shrink_body(form%condensed%bodies(b), max(1.0_wp, system%scale%stiffest))
     end if
   end subroutine finish_body
 
@@ -272,14 +276,15 @@ contains
 
   !> Prescribed displacements for a unit of each proportional load, and what its forces do to the
   !! rigid motions.
-  subroutine begin_influence(model, system)
+  subroutine begin_influence(model, system, form)
     type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(inout) :: system !! gets influence and pushes of condensed
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets influence and pushes of condensed
     real(wp), allocatable :: force(:, :)
     integer :: k
 
     allocate (force(3, model%mesh%nodes))
-    associate (condensed => system%condensed, loads => model%conditions%loads)
+    associate (condensed => form%condensed, loads => model%conditions%loads)
       allocate (condensed%outer%pushes(sum(system%body%motions%n), size(loads)), source=0.0_wp)
       allocate (condensed%outer%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
       do k = 1, size(loads)
@@ -287,23 +292,24 @@ contains
         force = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
         where (system%equation == 0) force = 0.0_wp
-        call push_bodies(system, force, condensed%outer%pushes(:, k))
+        call push_bodies(system%body, form%condensed, force, condensed%outer%pushes(:, k))
       end do
     end associate
   end subroutine begin_influence
 
   !> Displacements of a body for a unit of each proportional load, no contact. Other bodies may be
   !! at it at the same time.
-  subroutine find_influence(model, system, b, costs, outcome)
+  subroutine find_influence(model, system, form, b, costs, outcome)
     type(model_t), intent(in) :: model !! conditions
-    type(system_t), intent(inout) :: system !! factor of the body; gets its part of influence
+    type(system_t), intent(in) :: system !! factor of the body
+    type(form_t), intent(inout) :: form !! gets its part of influence
     integer, intent(in) :: b !! the body
     type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: outcome !! as in back_ends
     real(wp), allocatable :: force(:, :, :), u(:, :), internal(:, :)
     integer :: k
 
-    associate (condensed => system%condensed, loads => model%conditions%loads)
+    associate (condensed => form%condensed, loads => model%conditions%loads)
       allocate (force(3, model%mesh%nodes, size(loads)), source=0.0_wp)
       allocate (u(3, model%mesh%nodes), internal(3, model%mesh%nodes))
       do k = 1, size(loads)
@@ -311,7 +317,7 @@ contains
         call add_displacement(loads(k), 1.0_wp, u)
         where (system%equation > 0) u = 0.0_wp
         call add_force(loads(k), 1.0_wp, force(:, :, k))
-        call multiply(system%whole%bulk_matrix, u, internal)
+        call multiply(form%whole%bulk_matrix, u, internal)
         force(:, :, k) = force(:, :, k) - internal
       end do
       call solve_body(condensed%bodies(b), force, condensed%outer%influence, costs, outcome)

@@ -6,7 +6,7 @@ module condensed_border
   use condensed_types, only: condensed_t
   use rigid_border, only: motion_of, turning_of, hold_of
   use supports, only: unresisted
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: form_points, factorise_points, add_points
@@ -15,15 +15,16 @@ contains
 
   !> Rows, columns and corner of the unknowns, from the element matrices and from what acts on the
   !! nodes of the bodies.
-  subroutine form_points(system)
-    type(system_t), intent(inout) :: system !! element matrices of condensed; gets points
+  subroutine form_points(system, form)
+    type(system_t), intent(in) :: system !! element matrices of condensed
+    type(form_t), intent(inout) :: form !! gets points
     integer :: place(size(system%equation, 2)), b, e, i, live
 
-    associate (points => system%condensed%points, tools => system%tools)
-      points%n = tools%border%n
+    associate (points => form%condensed%points, tools => system%tools)
+      points%n = tools%unknowns
       points%known = .false.
       if (points%n == 0) return
-      live = system%condensed%alive%n_live
+      live = form%condensed%alive%n_live
       points%columns = reshape([real(wp) ::], [live, points%n], [0.0_wp])
       points%rows = points%columns
       points%corner = reshape([real(wp) ::], [points%n, points%n], [0.0_wp])
@@ -33,30 +34,30 @@ contains
       do b = 1, size(tools%rigid)
         place(tools%rigid(b)%node) = [(i, i=1, size(tools%rigid(b)%node))]
       end do
-      do e = 1, system%condensed%tangent%elements
-        call add_element(system, place, system%condensed%tangent%element(e))
+      do e = 1, form%condensed%tangent%elements
+        call add_element(system, form%condensed, place, form%condensed%tangent%element(e))
       end do
       do b = 1, size(tools%rigid)
         associate (first => tools%rigid(b)%first - system%equations + 1, &
           last => tools%rigid(b)%first - system%equations + size(tools%rigid(b)%unknown))
           if (last >= first) points%corner(first:last, first:last) = &
-            points%corner(first:last, first:last) + turning_of(system, b)
+            points%corner(first:last, first:last) + turning_of(system, form, b)
         end associate
       end do
     end associate
   end subroutine form_points
 
   !> What one contact element adds.
-  subroutine add_element(system, place, element)
-    type(system_t), intent(inout) :: system !! element matrices of condensed; points grow
+  subroutine add_element(system, condensed, place, element)
+    type(system_t), intent(in) :: system !! element matrices of condensed; points grow
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     integer, intent(in) :: place(:) !! (nodes) which node of its rigid body each is
     integer, intent(in) :: element !! its place in the list
     real(wp), allocatable :: motion(:, :), column(:, :), row(:, :), other(:, :)
     integer :: a, c, body, body_c, first, first_c, i
 
-    associate (list => system%contact, points => system%condensed%points, &
-      dofs => system%condensed%tangent%dofs(:, element), s => system%condensed%tangent%s(:, :, &
-      element))
+    associate (list => system%contact, points => condensed%points, dofs => &
+      condensed%tangent%dofs(:, element), s => condensed%tangent%s(:, :, element))
       do a = 1, list%nel(element)
         body = system%tools%carried_by(list%ix(a, element))
         if (body == 0) cycle
@@ -88,15 +89,15 @@ contains
 
   !> Factorises what the answers to the unknowns leave of the corner. Soft springs hold what contact
   !! hardly resists, and nothing else (doc/theory, "Condensed floating bodies").
-  subroutine factorise_points(system, done)
-    type(system_t), intent(inout) :: system !! points with their answers; get the factor
+  subroutine factorise_points(system, condensed, done)
+    type(system_t), intent(in) :: system !! points with their answers; get the factor
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
     logical, intent(out) :: done !! there is one
-    real(wp), dimension(system%condensed%points%n, system%condensed%points%n) :: a, left, right
-    real(wp) :: s(system%condensed%points%n), hold(system%condensed%points%n), &
-      work(10*system%condensed%points%n + 64)
+    real(wp), dimension(condensed%points%n, condensed%points%n) :: a, left, right
+    real(wp) :: s(condensed%points%n), hold(condensed%points%n), work(10*condensed%points%n + 64)
     integer :: n, k, rank, info
 
-    associate (points => system%condensed%points)
+    associate (points => condensed%points)
       n = points%n
       hold = hold_of(system)
       points%factor = points%corner + matmul(transpose(points%rows), points%way)

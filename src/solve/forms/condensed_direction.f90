@@ -13,7 +13,8 @@ module condensed_direction
   use contact_tangent, only: form_element_matrices, factorise_tangent, form_rest
   use condensed_springs, only: stay_in_place
   use rigid_bodies, only: spread_rigid
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use element_lists, only: element_list_t
   implicit none
   private
   public :: find_condensed_direction, find_modified_direction, respond, next_condensed_length, &
@@ -45,78 +46,82 @@ contains
   !> The direction: displacements of the live candidates and the change of their forces. Where
   !! blocks do not arrive and there is no dense matrix, it is what they have found: the bulk is in
   !! balance with it, and what is left stands in the next residual.
-  subroutine find_condensed_direction(system, x, outcome)
+  subroutine find_condensed_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du, force_change
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     real(wp), allocatable :: y(:)
     real(wp) :: floor
     logical :: arrived
 
-    outcome = system%condensed%failed
+    outcome = form%condensed%failed
     if (outcome /= solver_done) return
-    call form_element_matrices(system, x)
-    associate (condensed => system%condensed)
+    call form_element_matrices(system, form, x)
+    associate (condensed => form%condensed)
       allocate (y(condensed%alive%n_live))
-      floor = max(wanted_accuracy(condensed, is_unsettled(system))*residual_size(condensed), &
-        1.0e-3_wp*system%scale%round_off)
+      floor = max(wanted_accuracy(condensed, is_unsettled(system%contact, &
+        form%condensed))*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
       arrived = .false.
-      if (is_worth_trying(system)) then
+      if (is_worth_trying(system, form%condensed)) then
         condensed%tangent%fresh = .false.
-        call form_rest(system%contact, system%condensed)
-        call answer_points(system, most_stale, arrived)
-        if (arrived) call respond(system, 1.0_wp, floor, most_stale, y, arrived)
-        if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, x)
+        call form_rest(system%contact, form%condensed)
+        call answer_points(system, form%condensed, most_stale, arrived)
+        if (arrived) call respond(system%equations, form, 1.0_wp, floor, most_stale, y, arrived)
+        if (.not. (arrived .or. condensed%tangent%whole)) call form_element_matrices(system, form, &
+          x)
       end if
       if (.not. arrived) then
-        call factorise_tangent(system, x, outcome)
+        call factorise_tangent(system, form, x, outcome)
         if (outcome /= solver_done) return
-        call form_rest(system%contact, system%condensed)
-        call answer_points(system, most_allowed(condensed), arrived)
+        call form_rest(system%contact, form%condensed)
+        call answer_points(system, form%condensed, most_allowed(condensed), arrived)
         if (.not. condensed%points%known .and. condensed%points%n > 0) outcome = solver_singular
         if (outcome /= solver_done) return
-        call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+        call respond(system%equations, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
         if (.not. (arrived .or. has_trees(condensed)) .and. condensed%tangent%parts%iterated) &
-          call answer_densely(system, x, floor, y, arrived, outcome)
+          call answer_densely(system, form, x, floor, y, arrived, outcome)
         if (outcome /= solver_done) return
       end if
       condensed%norm_before = residual_size(condensed)
     end associate
-    call stay_in_place(system%condensed)
-    call take_answer(system, y)
-    call begin_trials(system)
+    call stay_in_place(form%condensed)
+    call take_answer(system, form, y)
+    call begin_trials(system%u, form%trial)
   end subroutine find_condensed_direction
 
   !> The direction for the present residual with the tangent and factor of the last one.
-  subroutine find_modified_direction(system, arrived)
-    type(system_t), intent(inout) :: system !! right given; gets solution, du, force_change
+  subroutine find_modified_direction(system, form, arrived)
+    type(system_t), intent(in) :: system !! right given
+    type(form_t), intent(inout) :: form !! gets solution, du, force_change
     logical, intent(out) :: arrived !! there is one
-    real(wp) :: y(system%condensed%alive%n_live), floor, share
+    real(wp) :: y(form%condensed%alive%n_live), floor, share
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       share = merge(of_factor, of_modified, has_long_products(condensed))
       if (system%motion%active) share = coarsest
       floor = max(share*residual_size(condensed), 1.0e-3_wp*system%scale%round_off)
-      call respond(system, 1.0_wp, floor, most_allowed(condensed), y, arrived)
+      call respond(system%equations, form, 1.0_wp, floor, most_allowed(condensed), y, arrived)
       if (.not. arrived) return
       condensed%norm_before = residual_size(condensed)
     end associate
-    call take_answer(system, y)
+    call take_answer(system, form, y)
   end subroutine find_modified_direction
 
   !> The direction from the answer of contact.
-  subroutine take_answer(system, y)
-    type(system_t), intent(inout) :: system !! gets solution, du, force_change
+  subroutine take_answer(system, form, y)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets solution, du, force_change
     real(wp), intent(in) :: y(:) !! (live) answer of contact [force]
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       condensed%bulk%force_change = 0.0_wp
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
           condensed%bulk%force_change(c) = y(i) - condensed%alive%right(i)
-          system%du(condensed%direction(c), condensed%node(c)) = condensed%alive%change(i)
-          system%solution(system%equation(condensed%direction(c), condensed%node(c))) = &
+          form%du(condensed%direction(c), condensed%node(c)) = condensed%alive%change(i)
+          form%solution(system%equation(condensed%direction(c), condensed%node(c))) = &
             condensed%alive%change(i)
         end associate
       end do
@@ -127,8 +132,8 @@ contains
           + condensed%rigid%damping*condensed%rigid%alpha_change
       end if
       if (condensed%points%n == 0) return
-      system%solution(system%equations + 1:) = condensed%points%change
-      call spread_rigid(system, system%solution, system%du)
+      form%solution(system%equations + 1:) = condensed%points%change
+      call spread_rigid(system, form%solution, form%du)
     end associate
   end subroutine take_answer
 
@@ -152,17 +157,18 @@ contains
   end subroutine answer_force
 
   !> The direction once more, now with forces at the live candidates that come beside the residual.
-  subroutine push_direction(system, force)
-    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, force_change
+  subroutine push_direction(system, form, force)
+    type(system_t), intent(in) :: system !! tangent at hand
+    type(form_t), intent(inout) :: form !! gets solution, du, force_change
     real(wp), intent(in) :: force(:) !! (live) [force]
     real(wp) :: y(size(force)), floor
     logical :: arrived
 
-    system%condensed%alive%right = system%condensed%alive%right + force
-    floor = max(inner_accuracy*residual_size(system%condensed), 1.0e-3_wp*system%scale%round_off)
-    call respond(system, 1.0_wp, floor, most_allowed(system%condensed), y, arrived)
-    call stay_in_place(system%condensed)
-    call take_answer(system, y)
+    form%condensed%alive%right = form%condensed%alive%right + force
+    floor = max(inner_accuracy*residual_size(form%condensed), 1.0e-3_wp*system%scale%round_off)
+    call respond(system%equations, form, 1.0_wp, floor, most_allowed(form%condensed), y, arrived)
+    call stay_in_place(form%condensed)
+    call take_answer(system, form, y)
   end subroutine push_direction
 
   !> Iterations of GMRES with the factor or blocks at hand.
@@ -174,36 +180,37 @@ contains
 
   !> The blocks have not led to an answer: the small matrix is formed and factorised as a whole,
   !! until other candidates are live.
-  subroutine answer_densely(system, x, floor, y, arrived, outcome)
+  subroutine answer_densely(system, form, x, floor, y, arrived, outcome)
     type(system_t), intent(inout) :: system !! right given; gets change of condensed
+    type(form_t), intent(inout) :: form !! its kind, right given; gets condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: floor !! residual to arrive at [force]
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    system%condensed%tangent%parts%dense = .true.
-    call form_element_matrices(system, x)
-    call factorise_tangent(system, x, outcome)
+    form%condensed%tangent%parts%dense = .true.
+    call form_element_matrices(system, form, x)
+    call factorise_tangent(system, form, x, outcome)
     if (outcome /= solver_done) return
-    call form_rest(system%contact, system%condensed)
-    call respond(system, 1.0_wp, floor, most_vectors, y, arrived)
+    call form_rest(system%contact, form%condensed)
+    call respond(system%equations, form, 1.0_wp, floor, most_vectors, y, arrived)
   end subroutine answer_densely
 
   !> The factor at hand may serve once more: the live candidates are the same, and hardly any
   !! element has changed its status; none, where blocks are cheaply formed anew. Damping or
   !! soft springs in it would hold the bodies for as long as it serves.
-  pure logical function is_worth_trying(system) result(worth)
+  pure logical function is_worth_trying(system, condensed) result(worth)
     type(system_t), intent(in) :: system !! contact elements, condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer :: most
 
-    worth = allocated(system%condensed%tangent%status)
+    worth = allocated(condensed%tangent%status)
     if (.not. worth) return
     worth = system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)
-    if (system%condensed%rigid%modes > 0) worth = worth .and. &
-      .not. any(abs(system%condensed%rigid%hold) > 0.0_wp)
+    if (condensed%rigid%modes > 0) worth = worth .and. .not. any(abs(condensed%rigid%hold) > 0.0_wp)
     if (.not. worth) return
-    associate (tangent => system%condensed%tangent)
+    associate (tangent => condensed%tangent)
       most = max(most_changes, tangent%elements/changes_share)
       if (tangent%parts%iterated) most = 0
       worth = count(tangent%status /= system%contact%status) <= most
@@ -221,12 +228,13 @@ contains
 
   !> Many elements have changed their status since the tangent was factorised last, where blocks
   !! answer.
-  pure logical function is_unsettled(system) result(unsettled)
-    type(system_t), intent(in) :: system !! contact elements, condensed
+  pure logical function is_unsettled(contact, condensed) result(unsettled)
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
 
-    associate (tangent => system%condensed%tangent)
+    associate (tangent => condensed%tangent)
       unsettled = tangent%parts%iterated .and. allocated(tangent%status)
-      if (unsettled) unsettled = share_settled*count(tangent%status /= system%contact%status) &
+      if (unsettled) unsettled = share_settled*count(tangent%status /= contact%status) &
         > tangent%elements
     end associate
   end function is_unsettled
@@ -251,19 +259,20 @@ contains
   end function residual_size
 
   !> change = b - C y for b = share d + C r with the answer y of contact.
-  subroutine respond(system, share, floor, most, y, arrived)
-    type(system_t), intent(inout) :: system !! right given; gets change of condensed
+  subroutine respond(equations, form, share, floor, most, y, arrived)
+    integer, intent(in) :: equations !! free degrees of freedom
+    type(form_t), intent(inout) :: form !! gets change of condensed
     real(wp), intent(in) :: share !! of the defect
     real(wp), intent(in) :: floor !! residual to arrive at [force]
     integer, intent(in) :: most !! iterations allowed
     real(wp), intent(out) :: y(:) !! (live) answer of contact [force]
     logical, intent(out) :: arrived !! at the floor
     real(wp), allocatable :: b(:)
-    real(wp) :: push(system%condensed%rigid%modes)
+    real(wp) :: push(form%condensed%rigid%modes)
 
-    call begin_cost(system%costs, cost_solve)
-    associate (condensed => system%condensed)
-      if (condensed%points%n > 0) condensed%points%asked = system%right(system%equations + 1:)
+    call begin_cost(form%costs, cost_solve)
+    associate (condensed => form%condensed)
+      if (condensed%points%n > 0) condensed%points%asked = form%right(equations + 1:)
       call push_live(condensed, condensed%alive%right, push)
       if (condensed%rigid%modes > 0) push = push - in_lengths(condensed, condensed%rigid%imbalance &
         + (1.0_wp - share)*condensed%rigid%imbalance_change)
@@ -272,8 +281,8 @@ contains
       b = b + share*condensed%bulk%defect(condensed%alive%live)
       call answer(condensed, b, push, floor, most, y, condensed%alive%change, arrived)
     end associate
-    call count_cost(system%costs, cost_krylov, system%condensed%tangent%course%iterations)
-    call end_cost(system%costs, cost_solve)
+    call count_cost(form%costs, cost_krylov, form%condensed%tangent%course%iterations)
+    call end_cost(form%costs, cost_solve)
   end subroutine respond
 
   !> C times the residual of the live candidates, unless it is that of the last time.
@@ -297,24 +306,26 @@ contains
   end subroutine product_with_residual
 
   !> Work of the change of the forces on the bulk's defect, which a start without equilibrium has.
-  pure real(wp) function defect_energy(system) result(energy)
-    type(system_t), intent(in) :: system !! direction found
+  pure real(wp) function defect_energy(form) result(energy)
+    type(form_t), intent(in) :: form !! direction found
 
-    energy = abs(dot_product(system%condensed%bulk%force_change, system%condensed%bulk%defect))
-    if (system%condensed%rigid%modes > 0) energy = energy + abs(dot_product( &
-      system%condensed%rigid%alpha_change, system%condensed%rigid%imbalance))
+    energy = abs(dot_product(form%condensed%bulk%force_change, form%condensed%bulk%defect))
+    if (form%condensed%rigid%modes > 0) energy = energy + abs(dot_product( &
+      form%condensed%rigid%alpha_change, form%condensed%rigid%imbalance))
   end function defect_energy
 
   !> Length of the direction that the leading part of the present tangent gives for the residual of
   !! a trial.
-  real(wp) function next_condensed_length(system) result(next)
-    type(system_t), intent(inout) :: system !! right of the trial given
+  real(wp) function next_condensed_length(system, form) result(next)
+    type(system_t), intent(in) :: system !! right of the trial given
+    type(form_t), intent(inout) :: form !! right given; gets condensed
     real(wp), allocatable :: y(:)
     logical :: arrived
 
-    allocate (y(system%condensed%alive%n_live))
-    call respond(system, system%condensed%bulk%defect_share, huge(1.0_wp), 0, y, arrived)
-    next = norm2(system%condensed%alive%change)
-    if (system%condensed%points%n > 0) next = hypot(next, norm2(system%condensed%points%change))
+    allocate (y(form%condensed%alive%n_live))
+    call respond(system%equations, form, form%condensed%bulk%defect_share, huge(1.0_wp), 0, y, &
+      arrived)
+    next = norm2(form%condensed%alive%change)
+    if (form%condensed%points%n > 0) next = hypot(next, norm2(form%condensed%points%change))
   end function next_condensed_length
 end module condensed_direction

@@ -6,11 +6,11 @@ module condensed_motions
   use rigid_motions, only: choose_fixings, mode_row
   use condensed_types, only: condensed_t
   use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: fix_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, &
-    set_center
+    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, set_center
 
   !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
   !! costs are missing where the body touches.
@@ -19,18 +19,18 @@ module condensed_motions
 contains
 
   !> The rigid motions that the supports leave a body, and the fixings that stop them.
-  subroutine fix_body(system, b)
-    type(system_t), intent(inout) :: system !! gets motions and fixings of a body of condensed
+  subroutine fix_body(system, condensed, b)
+    type(system_t), intent(in) :: system !! the problem
+    type(condensed_t), intent(inout) :: condensed !! gets motions and fixings of a body of condensed
     integer, intent(in) :: b !! the body
 
-    associate (body => system%condensed%bodies(b))
+    associate (body => condensed%bodies(b))
       if (allocated(body%fixing_node)) return
       body%motions = system%body%motions(b)
       allocate (body%fixing_node(0), body%fixing_direction(0))
       if (body%motions%n == 0) return
-      call choose_fixings(system%condensed%rigid%x, system%equation, system%body%node_body, b, &
-        body%motions, &
-        body%fixing_node, body%fixing_direction)
+      call choose_fixings(condensed%rigid%x, system%equation, system%body%node_body, b, &
+        body%motions, body%fixing_node, body%fixing_direction)
     end associate
   end subroutine fix_body
 
@@ -56,23 +56,23 @@ contains
   end function lost_digits
 
   !> Work of nodal forces on the rigid motions that supports leave.
-  pure subroutine push_bodies(system, force, push)
-    type(system_t), intent(in) :: system !! bodies of condensed
+  pure subroutine push_bodies(body, condensed, force, push)
+    type(bodies_t), intent(in) :: body !! bodies of condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: force(:, :) !! (3, nodes) zero where prescribed [force]
     real(wp), intent(out) :: push(:) !! (modes) [force]
-    integer :: i, k, b, first(system%body%bodies)
+    integer :: i, k, b, first(body%bodies)
 
     push = 0.0_wp
-    first = [(sum(system%body%motions(:b - 1)%n), b=1, system%body%bodies)]
-    do i = 1, size(system%body%node_body)
-      b = system%body%node_body(i)
+    first = [(sum(body%motions(:b - 1)%n), b=1, body%bodies)]
+    do i = 1, size(body%node_body)
+      b = body%node_body(i)
       if (b == 0) cycle
-      if (system%body%motions(b)%n == 0) cycle
+      if (body%motions(b)%n == 0) cycle
       do k = 1, 3
         if (abs(force(k, i)) <= 0.0_wp) cycle
-        associate (mine => push(first(b) + 1:first(b) + system%body%motions(b)%n))
-          mine = mine + force(k, i)*mode_row(system%body%motions(b), k, &
-            system%condensed%rigid%x(:, i))
+        associate (mine => push(first(b) + 1:first(b) + body%motions(b)%n))
+          mine = mine + force(k, i)*mode_row(body%motions(b), k, condensed%rigid%x(:, i))
         end associate
       end do
     end do
@@ -102,8 +102,7 @@ contains
       allocate (condensed%rigid%alpha(condensed%rigid%modes), &
         condensed%rigid%alpha_change(condensed%rigid%modes), &
         condensed%rigid%imbalance(condensed%rigid%modes), &
-          condensed%rigid%imbalance_change(condensed%rigid%modes), &
-        source=0.0_wp)
+        condensed%rigid%imbalance_change(condensed%rigid%modes), source=0.0_wp)
     end if
   end subroutine place_modes
 
@@ -169,27 +168,25 @@ contains
   end subroutine sum_forces
 
   !> Adds rigid motions of the bodies to the displacements of all nodes.
-  pure subroutine add_motion_inside(system, alpha, u)
+  pure subroutine add_motion_inside(system, condensed, alpha, u)
     type(system_t), intent(in) :: system !! bodies of condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: alpha(:) !! (modes) [length]
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) [length]
     integer :: i, k
 
-    if (system%condensed%rigid%modes == 0) return
+    if (condensed%rigid%modes == 0) return
 
-    associate (condensed => system%condensed)
-      do i = 1, size(system%body%node_body)
-        if (system%body%node_body(i) == 0) cycle
-        associate (body => condensed%bodies(system%body%node_body(i)))
-          if (body%motions%n == 0) cycle
-          do k = 1, 3
-            u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, &
-              condensed%rigid%x(:, i)), alpha(body%first_mode + 1:body%first_mode &
-              + body%motions%n))
-          end do
-        end associate
-      end do
-    end associate
+    do i = 1, size(system%body%node_body)
+      if (system%body%node_body(i) == 0) cycle
+      associate (body => condensed%bodies(system%body%node_body(i)))
+        if (body%motions%n == 0) cycle
+        do k = 1, 3
+          u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, condensed%rigid%x(:, i)), &
+            alpha(body%first_mode + 1:body%first_mode + body%motions%n))
+        end do
+      end associate
+    end do
   end subroutine add_motion_inside
 
   !> What forces at the live candidates do to the rigid motions, in the unit of displacements.

@@ -16,12 +16,13 @@ module condensed_springs
 contains
 
   !> Stiffness against the rigid motions, in the unit of the compliance.
-  subroutine hold_motions(system)
-    type(system_t), intent(inout) :: system !! columns of contact, regularised, damping; gets hold
-    real(wp) :: stiffness(system%condensed%rigid%modes)
+  subroutine hold_motions(system, condensed)
+    type(system_t), intent(in) :: system !! columns of contact, regularised, damping
+    type(condensed_t), intent(inout) :: condensed !! gets hold
+    real(wp) :: stiffness(condensed%rigid%modes)
     integer :: b, j
 
-    associate (condensed => system%condensed, n => system%condensed%rigid%modes)
+    associate (n => condensed%rigid%modes)
       condensed%rigid%hold = reshape([real(wp) ::], [n, n], [0.0_wp])
       if (allocated(condensed%rigid%loose)) deallocate (condensed%rigid%loose)
       stiffness = 0.0_wp

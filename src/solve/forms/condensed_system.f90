@@ -9,15 +9,17 @@ module condensed_system
   use block_matrix, only: multiply, multiply_some
   use back_ends, only: solver_done, solver_out_of_memory, solver_not_definite
   use condensed_types, only: condensed_t
-  use condensed_bodies, only: condense_all, begin_influence, number_candidates, &
-    load_candidates, free_condensed
+  use condensed_bodies, only: condense_all, begin_influence, number_candidates, load_candidates, &
+    free_condensed
   use compliance_products, only: find_equilibrium, fit_motions, spread_product
   use live_candidates, only: widen_live, number_live, forget_live
   use condensed_motions, only: find_imbalance, add_motion_inside, lost_digits
   use bulk_factors, only: condense_bulk, condense_at_rest
   use live_values, only: clear_values
   use candidates, only: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use element_lists, only: element_list_t
+  use system_parts, only: bodies_t, positions_t
   implicit none
   private
   public :: start_condensed, begin_condensed, place_starts, couple_condensed, restore_forces, &
@@ -27,9 +29,10 @@ module condensed_system
 contains
 
   !> Condenses the system, or says why it cannot be.
-  subroutine start_condensed(model, system, if_cheaper, why, share)
+  subroutine start_condensed(model, system, form, if_cheaper, why, share)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(inout) :: system !! gets condensed
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets condensed
     logical, intent(in) :: if_cheaper !! not where sparse factors cost less, or no digits
     character(:), allocatable, intent(out) :: why !! why not; empty if it is done
     real(wp), intent(out) :: share !! what it costs over what sparse factors do, estimated
@@ -39,15 +42,15 @@ contains
     why = ''
     if (system%equations == 0) why = 'there are no unknowns'
     if (len(why) > 0) return
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       if (.not. allocated(condensed%candidate)) then
         allocate (condensed%candidate(model%mesh%nodes), source=.false.)
         call foresee_candidates(model, system, condensed%candidate)
         where (.not. any(system%equation > 0, 1)) condensed%candidate = .false.
-        share = dense_share(model, system)
+        share = dense_share(model, system, form%condensed)
         if (if_cheaper .and. share > 1.0_wp) then
           why = 'its dense systems would cost more than sparse factors'
-          system%condensed = condensed_t()
+          form%condensed = condensed_t()
           return
         end if
       end if
@@ -56,10 +59,10 @@ contains
       condensed%rigid%x = model%mesh%x
       condensed%exact = any(model%pairs%mortar)
       if (system%bulk%linear) then
-        call begin_influence(model, system)
-        call condense_all(system, spread(.true., 1, system%body%bodies), outcome, model)
+        call begin_influence(model, system, form)
+        call condense_all(system, form, spread(.true., 1, system%body%bodies), outcome, model)
       else
-        call condense_bulk(system, outcome)
+        call condense_bulk(system, form, outcome)
       end if
     end associate
     if (outcome /= solver_done) then
@@ -67,25 +70,26 @@ contains
       if (outcome == solver_not_definite) why = 'the stiffness of a body is not positive definite'
       if (outcome == solver_out_of_memory) why = 'its factors need more memory than there is'
     else if (if_cheaper) then
-      why = lost_digits(system%condensed)
+      why = lost_digits(form%condensed)
     end if
     if (len(why) > 0) then
-      call free_condensed(system%condensed)
+      call free_condensed(form%condensed)
       return
     end if
-    call number_candidates(system%condensed)
-    system%condensed%active = system%bulk%linear
-    system%condensed%preconditions = .not. system%bulk%linear
+    call number_candidates(form%condensed)
+    form%condensed%active = system%bulk%linear
+    form%condensed%preconditions = .not. system%bulk%linear
   end subroutine start_condensed
 
   !> Displacements of the candidates without contact at `time`.
-  subroutine begin_condensed(model, system, state, time)
+  subroutine begin_condensed(model, equation, form, state, time)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! gets loaded
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       condensed%outer%factors = load_factors(model, time)
       condensed%goes_on = condensed%goes_on .and. .not. any(shifts_gap(model%pairs))
       if (.not. condensed%goes_on) then
@@ -93,44 +97,42 @@ contains
         call forget_live(condensed)
       end if
       call load_candidates(condensed)
-      if (.not. allocated(condensed%outer%kept)) call find_forces(model, system, state)
+      if (.not. allocated(condensed%outer%kept)) call find_forces(model, equation, form, state)
     end associate
   end subroutine begin_condensed
 
   !> Contact forces of a state that another solver has found: what balances the bulk.
-  subroutine find_forces(model, system, state)
+  subroutine find_forces(model, equation, form, state)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! gets kept of condensed
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
-    real(wp) :: force(3, model%mesh%nodes)
-    integer :: i, k
+    real(wp) :: force(3, model%mesh%nodes), bulk(3, model%mesh%nodes)
 
-    allocate (system%condensed%outer%kept(3, model%mesh%nodes), source=0.0_wp)
+    allocate (form%condensed%outer%kept(3, model%mesh%nodes), source=0.0_wp)
     if (all(abs(state%u) <= 0.0_wp)) return
-    call multiply(system%whole%bulk_matrix, state%u, system%inner%bulk_force)
+    call multiply(form%whole%bulk_matrix, state%u, bulk)
     call conditions_at(model, state%time, force=force)
-    do i = 1, model%mesh%nodes
-      do k = 1, 3
-        if (system%equation(k, i) == 0 .or. .not. system%condensed%candidate(i)) cycle
-        system%condensed%outer%kept(k, i) = force(k, i) - system%inner%bulk_force(k, i)
-      end do
-    end do
+    where (equation > 0 .and. spread(form%condensed%candidate, 1, 3)) &
+      form%condensed%outer%kept = force - bulk
   end subroutine find_forces
 
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
   !! state under the new loads. Other nodes are carried along, and so are bodies that contact holds:
   !! under the new loads those forces are no equilibrium of theirs.
-  subroutine place_starts(system)
-    type(system_t), intent(inout) :: system !! left and carried given; both are completed
-    real(wp) :: u(system%condensed%n)
+  subroutine place_starts(body, position, condensed)
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(positions_t), intent(inout) :: position !! left and carried given; both are completed
+    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
+    real(wp) :: u(condensed%n)
     integer :: i
 
-    where (system%condensed%place == 0) system%position%left = system%position%carried
-    call restore_forces(system%condensed)
-    call find_equilibrium(system%condensed, u)
-    do i = 1, system%condensed%n
-      if (system%body%floating(system%body%node_body(system%condensed%node(i)))) cycle
-      system%position%carried(system%condensed%direction(i), system%condensed%node(i)) = u(i)
+    where (condensed%place == 0) position%left = position%carried
+    call restore_forces(condensed)
+    call find_equilibrium(condensed, u)
+    do i = 1, condensed%n
+      if (body%floating(body%node_body(condensed%node(i)))) cycle
+      position%carried(condensed%direction(i), condensed%node(i)) = u(i)
     end do
   end subroutine place_starts
 
@@ -157,11 +159,12 @@ contains
   end subroutine restore_forces
 
   !> How far u is from equilibrium with the forces of the iterate.
-  subroutine find_defects(system)
-    type(system_t), intent(inout) :: system !! u given; gets defect
-    real(wp) :: u(system%condensed%n)
+  subroutine find_defects(system, form)
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! gets defect
+    real(wp) :: u(form%condensed%n)
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       call fit_motions(condensed, candidate_values(condensed, system%u))
       call find_equilibrium(condensed, u)
       condensed%bulk%defect = u - candidate_values(condensed, system%u)
@@ -172,12 +175,13 @@ contains
   end subroutine find_defects
 
   !> The defects as they are, where they have been carried on from iteration to iteration.
-  subroutine renew_defects(system)
+  subroutine renew_defects(system, form)
     type(system_t), intent(inout) :: system !! u and forces given; gets defect, imbalance
-    real(wp) :: u(system%condensed%n)
+    type(form_t), intent(inout) :: form !! gets condensed
+    real(wp) :: u(form%condensed%n)
 
-    associate (condensed => system%condensed)
-      call refresh_candidates(system)
+    associate (condensed => form%condensed)
+      call refresh_candidates(system, form)
       call find_equilibrium(condensed, u)
       condensed%bulk%defect = u - candidate_values(condensed, system%u)
       call find_imbalance(condensed)
@@ -206,45 +210,39 @@ contains
   end subroutine measure_defects
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
-  subroutine refresh_candidates(system)
+  subroutine refresh_candidates(system, form)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
+    type(form_t), intent(inout) :: form !! gets condensed
 
-    call put_candidates(system, system%condensed%alive%live_place == 0)
+    call place_candidates(form%condensed, form%condensed%alive%live_place == 0, system%u)
   end subroutine refresh_candidates
 
-  !> Moves all candidates there.
-  subroutine place_candidates(system)
-    type(system_t), intent(inout) :: system !! u of candidates
-
-    call put_candidates(system, spread(.true., 1, system%condensed%n))
-  end subroutine place_candidates
-
   !> Moves candidates to where the forces of the iterate, less its defects, put them.
-  subroutine put_candidates(system, moves)
-    type(system_t), intent(inout) :: system !! u
+  subroutine place_candidates(condensed, moves, u)
+    type(condensed_t), intent(inout) :: condensed !! forces, defects
     logical, intent(in) :: moves(:) !! (n) they do
-    real(wp) :: u(system%condensed%n)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp) :: there(condensed%n)
     integer :: i
 
-    associate (condensed => system%condensed)
-      call find_equilibrium(condensed, u)
-      do i = 1, condensed%n
-        if (.not. moves(i)) cycle
-        system%u(condensed%direction(i), condensed%node(i)) = u(i) - condensed%bulk%defect(i)
-      end do
-    end associate
-  end subroutine put_candidates
+    call find_equilibrium(condensed, there)
+    do i = 1, condensed%n
+      if (.not. moves(i)) cycle
+      u(condensed%direction(i), condensed%node(i)) = there(i) - condensed%bulk%defect(i)
+    end do
+  end subroutine place_candidates
 
   !> Makes sure that every node of a contact element is a candidate, and numbers the live ones;
   !! their compliance is gathered when an iteration wants it.
-  subroutine couple_condensed(system)
+  subroutine couple_condensed(system, form)
     type(system_t), intent(inout) :: system !! condensed follows the contact elements
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, allocatable :: live(:)
     integer :: k, i, a, n
 
-    call extend_candidates(system)
-    system%condensed%norm_before = 0.0_wp
-    associate (condensed => system%condensed, list => system%contact)
+    call extend_candidates(system, form)
+    form%condensed%norm_before = 0.0_wp
+    associate (condensed => form%condensed, list => system%contact)
       allocate (live(condensed%n))
       live = abs(condensed%bulk%force) > 0.0_wp
       do k = 1, list%n
@@ -259,10 +257,10 @@ contains
       call widen_live(condensed, live)
       if (all(live .eqv. condensed%alive%live_place > 0) .and. &
         allocated(condensed%alive%right)) then
-        call place_elements(system)
+        call place_elements(system%contact, form)
         return
       end if
-      system%du = 0.0_wp
+      form%du = 0.0_wp
       if (allocated(condensed%tangent%status)) deallocate (condensed%tangent%status)
       condensed%alive%live = pack([(i, i=1, condensed%n)], live)
       condensed%alive%n_live = size(condensed%alive%live)
@@ -270,26 +268,26 @@ contains
       condensed%alive%live_place(condensed%alive%live) = [(i, i=1, condensed%alive%n_live)]
       call number_live(condensed)
       call measure_defects(condensed)
-      call place_elements(system)
+      call place_elements(system%contact, form)
     end associate
   end subroutine couple_condensed
 
   !> Live candidates of the contact elements; the factor of their matrices cannot serve any more
   !! where these are others. With multipliers it serves no longer either: their last digits are
   !! those of the tangent.
-  subroutine place_elements(system)
-    type(system_t), intent(inout) :: system !! contact elements; gets dofs of the tangent
+  subroutine place_elements(contact, form)
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(form_t), intent(inout) :: form !! gets dofs of the tangent
     integer, allocatable :: before(:, :)
     integer :: k, a, i, n
 
-    associate (condensed => system%condensed, tangent => system%condensed%tangent, &
-               list => system%contact)
+    associate (condensed => form%condensed, tangent => form%condensed%tangent, list => contact)
       tangent%parts%dense = .false.
       if (.not. allocated(tangent%dofs)) &
         allocate (tangent%dofs(3*size(list%ix, 1), list%n), source=-1)
       before = tangent%dofs
       tangent%dofs = 0
-      if (condensed%active) call clear_values(system)
+      if (condensed%active) call clear_values(form)
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
@@ -305,15 +303,16 @@ contains
   end subroutine place_elements
 
   !> Condenses anew the bodies of which contact has reached nodes that are not candidates.
-  subroutine extend_candidates(system)
+  subroutine extend_candidates(system, form)
     type(system_t), intent(inout) :: system !! condensed may grow
+    type(form_t), intent(inout) :: form !! gets condensed, matrix
     logical :: before(size(system%body%node_body)), wanted(system%body%bodies)
     real(wp), allocatable :: force(:, :), u(:)
     integer :: i, outcome
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       before = condensed%candidate
-      call mark_touched(system)
+      call mark_touched(system, form%condensed)
       if (all(before .eqv. condensed%candidate)) return
       call add_ring(condensed%facets, condensed%candidate)
       call add_ring(condensed%facets, condensed%candidate)
@@ -327,13 +326,13 @@ contains
         force(condensed%direction(i), condensed%node(i)) = condensed%bulk%force(i)
       end do
       if (condensed%preconditions) then
-        call condense_at_rest(system, wanted, outcome)
+        call condense_at_rest(system, form, wanted, outcome)
       else
-        call condense_all(system, wanted, outcome)
+        call condense_all(system, form, wanted, outcome)
       end if
       condensed%failed = outcome
       if (outcome /= solver_done) return
-      call number_candidates(system%condensed)
+      call number_candidates(form%condensed)
       condensed%sums%known = .false.
       if (condensed%preconditions) return
       do i = 1, condensed%n
@@ -355,22 +354,23 @@ contains
 
   !> Displacements of all nodes from the forces of the iterate, and the forces of the bulk where
   !! supports want to know them.
-  subroutine recover_interior(system)
+  subroutine recover_interior(system, form)
     type(system_t), intent(inout) :: system !! u of candidates given; gets u, bulk_force
+    type(form_t), intent(inout) :: form !! matrix given; gets condensed, du
     integer :: k
 
-    associate (condensed => system%condensed)
-      if (condensed%surface_only) call refresh_candidates(system)
+    associate (condensed => form%condensed)
+      if (condensed%surface_only) call refresh_candidates(system, form)
       if (condensed%surface_only) return
-      call spread_product(system, system%du)
+      call spread_product(system, form, form%du)
       do k = 1, size(condensed%outer%factors)
-        system%du = system%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
+        form%du = form%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do
-      call add_motion_inside(system, condensed%rigid%alpha, system%du)
-      call refresh_candidates(system)
-      where (system%equation > 0 .and. condensed%place == 0) system%u = system%du
-      system%du = 0.0_wp
-      call multiply_some(system%whole%bulk_matrix, any(system%equation == 0, 1), system%u, &
+      call add_motion_inside(system, form%condensed, condensed%rigid%alpha, form%du)
+      call refresh_candidates(system, form)
+      where (system%equation > 0 .and. condensed%place == 0) system%u = form%du
+      form%du = 0.0_wp
+      call multiply_some(form%whole%bulk_matrix, any(system%equation == 0, 1), system%u, &
         system%inner%bulk_force)
     end associate
   end subroutine recover_interior

@@ -39,17 +39,18 @@ contains
 
   !> What contact and the bodies answer to each unknown of rigid bodies: forces c of contact at the
   !! live candidates, which these do not know of.
-  subroutine answer_points(system, most, arrived)
-    type(system_t), intent(inout) :: system !! tangent at hand; gets answers of points
+  subroutine answer_points(system, condensed, most, arrived)
+    type(system_t), intent(in) :: system !! tangent at hand
+    type(condensed_t), intent(inout) :: condensed !! gets answers of points
     integer, intent(in) :: most !! iterations allowed
     logical, intent(out) :: arrived !! all answers are there
-    real(wp), dimension(system%condensed%alive%n_live) :: c, b, y, t
-    real(wp) :: push(system%condensed%rigid%modes)
+    real(wp), dimension(condensed%alive%n_live) :: c, b, y, t
+    real(wp) :: push(condensed%rigid%modes)
     integer :: k
     logical :: found
 
     arrived = .true.
-    associate (condensed => system%condensed, points => system%condensed%points)
+    associate (points => condensed%points)
       if (points%n == 0 .or. points%known) return
       points%force = points%columns
       points%way = points%columns
@@ -66,7 +67,7 @@ contains
         if (condensed%rigid%modes > 0) points%motion(:, k) = condensed%rigid%alpha_next
         arrived = arrived .and. found
       end do
-      if (arrived) call factorise_points(system, arrived)
+      if (arrived) call factorise_points(system, condensed, arrived)
     end associate
   end subroutine answer_points
 

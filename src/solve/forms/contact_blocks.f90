@@ -33,15 +33,16 @@ contains
 
   !> Divides the rows of the tangent, inverts the blocks and finds what they make of the rigid
   !! motions.
-  subroutine form_blocks(system, x, outcome)
-    type(system_t), intent(inout) :: system !! columns of its tangent given; gets blocks
+  subroutine form_blocks(system, condensed, x, outcome)
+    type(system_t), intent(in) :: system !! columns of its tangent given
+    type(condensed_t), intent(inout) :: condensed !! gets blocks
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! done or singular
-    real(wp) :: place(3, system%condensed%tangent%rank)
+    real(wp) :: place(3, condensed%tangent%rank)
     integer :: k, worst
 
-    associate (condensed => system%condensed, tangent => system%condensed%tangent)
-      call place_rows(system, x, place)
+    associate (tangent => condensed%tangent)
+      call place_rows(system%u, condensed, x, place)
       call divide_rows(tangent, place, system%scale%facet_size)
       call part_motions(condensed)
       if (allocated(tangent%parts%weight)) deallocate (tangent%parts%weight)

@@ -9,7 +9,7 @@ module contact_coupling
   use block_graph, only: build_graph, graph_holds, locate_elements
   use csc_matrix, only: csc_matrix_t, build_pattern
   use linear_solver, only: start_pattern
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use system_parts, only: whole_form_t
   implicit none
   private
@@ -18,49 +18,52 @@ module contact_coupling
 contains
 
   !> Makes sure that the pattern of the coupled matrix holds every contact element.
-  subroutine couple_full(system)
+  subroutine couple_full(system, form)
     type(system_t), intent(inout) :: system !! matrix, csc and factor may start anew
+    type(form_t), intent(inout) :: form !! gets matrix
 
     if (system%contact%n == 0) then
-      system%whole%apart = stays_apart(system)
-      call fit_pattern(system)
+      form%whole%apart = stays_apart(system, form%whole)
+      call fit_pattern(system, form)
       return
     end if
-    if ((system%whole%apart .eqv. stays_apart(system)) .and. graph_holds(system%whole%matrix, &
-      system%contact)) then
-      call fit_pattern(system)
+    if ((form%whole%apart .eqv. stays_apart(system, form%whole)) .and. &
+      graph_holds(form%whole%matrix, system%contact)) then
+      call fit_pattern(system, form)
     else
-      call build_coupled(system)
+      call build_coupled(system, form)
     end if
-    call locate_elements(system%whole%matrix, system%contact)
+    call locate_elements(form%whole%matrix, system%contact)
   end subroutine couple_full
 
   !> The solver adds contact's share of the tangent to the bulk's: one that takes matrices by nodes,
   !! where nothing else changes the tangent (doc/theory, "Iterative solution in parallel").
-  pure logical function stays_apart(system) result(apart)
+  pure logical function stays_apart(system, whole) result(apart)
     type(system_t), intent(in) :: system !! the system
+    type(whole_form_t), intent(in) :: whole !! matrix
 
-    apart = system%whole%solver%by_nodes .and. system%bulk%linear .and. &
-      .not. any(system%body%floating) .and. system%tools%border%n == 0 .and. &
-      .not. allocated(system%loads%pressed)
+    apart = whole%solver%by_nodes .and. system%bulk%linear .and. .not. any(system%body%floating) &
+      .and. system%tools%unknowns == 0 .and. .not. allocated(system%loads%pressed)
   end function stays_apart
 
   !> Builds the pattern of the free equations if it is not there.
-  subroutine fit_pattern(system)
-    type(system_t), intent(inout) :: system !! gets csc
+  subroutine fit_pattern(system, form)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets csc
 
-    if (allocated(system%whole%csc%ptr) .neqv. system%whole%solver%by_nodes) return
-    call begin_cost(system%costs, cost_pattern)
-    call build_free(system)
-    call end_cost(system%costs, cost_pattern)
+    if (allocated(form%whole%csc%ptr) .neqv. form%whole%solver%by_nodes) return
+    call begin_cost(form%costs, cost_pattern)
+    call build_free(system, form)
+    call end_cost(form%costs, cost_pattern)
   end subroutine fit_pattern
 
   !> Builds the pattern of the free equations anew; a solver that takes its matrix by nodes has
   !! none.
-  subroutine build_free(system)
-    type(system_t), intent(inout) :: system !! gets csc
+  subroutine build_free(system, form)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets csc
 
-    associate (whole => system%whole)
+    associate (whole => form%whole)
       whole%csc = csc_matrix_t()
       whole%symmetric = .false.
       if (whole%solver%by_nodes) return
@@ -73,37 +76,38 @@ contains
   end subroutine build_free
 
   !> Builds the pattern of bulk and contact elements anew.
-  subroutine build_coupled(system)
+  subroutine build_coupled(system, form)
     type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
+    type(form_t), intent(inout) :: form !! gets matrix
 
-    call begin_cost(system%costs, cost_pattern)
-    system%whole%apart = stays_apart(system)
-    if (system%whole%apart) then
-      if (allocated(system%whole%bulk_place)) deallocate (system%whole%bulk_place)
-      call build_graph(system%whole%bulk_matrix%nodes, system%contact, system%whole%matrix)
+    call begin_cost(form%costs, cost_pattern)
+    form%whole%apart = stays_apart(system, form%whole)
+    if (form%whole%apart) then
+      if (allocated(form%whole%bulk_place)) deallocate (form%whole%bulk_place)
+      call build_graph(form%whole%bulk_matrix%nodes, system%contact, form%whole%matrix)
     else
-      call take_bulk_back(system%position%x_now - system%u, system)
-      call build_graph(size(system%equation, 2), system%bulk, system%whole%matrix, &
+      call take_bulk_back(system%position%x_now - system%u, system, form)
+      call build_graph(size(system%equation, 2), system%bulk, form%whole%matrix, &
         system%contact, system%volumes)
-      call place_bulk(system%whole)
+      call place_bulk(form%whole)
     end if
-    call build_free(system)
-    call start_pattern(system%whole%solver)
+    call build_free(system, form)
+    call start_pattern(form%whole%solver)
     system%place%coupled_targets = system%place%targets
-    call end_cost(system%costs, cost_pattern)
+    call end_cost(form%costs, cost_pattern)
   end subroutine build_coupled
 
   !> Builds the pattern that a run had at a saved state, so that equations are eliminated in the
   !! same order and a restart gives the same numbers to the last digit.
-  subroutine couple_full_as_saved(model, system, targets)
+  subroutine couple_full_as_saved(model, system, form, targets)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! gets contact, matrix, csc
+    type(form_t), intent(inout) :: form !! gets matrix
     integer, intent(in) :: targets(:) !! (contact elements) facets when the pattern was built
     integer :: k, p, element
 
     if (system%contact%n == 0) return
-    if (allocated(system%whole%matrix%ptr) .and. all(system%place%coupled_targets == &
-      targets)) return
+    if (allocated(form%whole%matrix%ptr) .and. all(system%place%coupled_targets == targets)) return
     system%place%targets = targets
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
@@ -117,8 +121,8 @@ contains
         end associate
       end do
     end do
-    call build_coupled(system)
-    call locate_elements(system%whole%matrix, system%contact)
+    call build_coupled(system, form)
+    call locate_elements(form%whole%matrix, system%contact)
   end subroutine couple_full_as_saved
 
   !> Where each block of the bulk's matrix stands in the coupled matrix.

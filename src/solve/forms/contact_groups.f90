@@ -21,15 +21,16 @@ module contact_groups
 contains
 
   !> Where the closed elements are: the mean of their nodes.
-  pure subroutine place_elements(system, x, place)
+  pure subroutine place_elements(system, condensed, x, place)
     type(system_t), intent(in) :: system !! contact elements, closed ones listed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: place(:, :) !! (3, elements) [length]
     integer :: e
 
     associate (list => system%contact)
-      do e = 1, system%condensed%tangent%elements
-        associate (k => system%condensed%tangent%element(e))
+      do e = 1, condensed%tangent%elements
+        associate (k => condensed%tangent%element(e))
           associate (nodes => list%ix(1:list%nel(k), k))
             place(:, e) = sum(x(:, nodes) + system%u(:, nodes), 2)/real(size(nodes), wp)
           end associate
@@ -39,18 +40,19 @@ contains
   end subroutine place_elements
 
   !> Where each row is: at the node where its column of U is largest.
-  pure subroutine place_rows(system, x, place)
-    type(system_t), intent(in) :: system !! columns of the tangent of condensed
+  pure subroutine place_rows(u, condensed, x, place)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: place(:, :) !! (3, rank) [length]
     integer :: j
 
-    associate (condensed => system%condensed, lead => system%condensed%tangent%lead)
+    associate (lead => condensed%tangent%lead)
       do j = 1, lead%n
         associate (row => lead%row(lead%start(j):lead%start(j + 1) - 1))
           associate (node => condensed%node(condensed%alive%live(row(maxloc( &
             abs(lead%value(lead%start(j):lead%start(j + 1) - 1)), 1)))))
-            place(:, j) = x(:, node) + system%u(:, node)
+            place(:, j) = x(:, node) + u(:, node)
           end associate
         end associate
       end do

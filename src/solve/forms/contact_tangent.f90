@@ -25,7 +25,7 @@ module contact_tangent
   use small_tangent, only: form_double
   use whole_tangent, only: is_better_whole, take_columns
   use tree_compliance, only: has_trees
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
   implicit none
   private
@@ -42,39 +42,40 @@ module contact_tangent
 contains
 
   !> Element matrices at u.
-  subroutine form_element_matrices(system, x)
+  subroutine form_element_matrices(system, form, x)
     type(system_t), intent(inout) :: system !! gets tangent of condensed, right
+    type(form_t), intent(inout) :: form !! its kind given; gets condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call begin_cost(system%costs, cost_contact_tangent)
-    associate (tangent => system%condensed%tangent)
+    call begin_cost(form%costs, cost_contact_tangent)
+    associate (tangent => form%condensed%tangent)
       if (.not. allocated(tangent%s)) allocate (tangent%s(3*size(system%contact%ix, 1), &
         3*size(system%contact%ix, 1), system%contact%n))
       call assemble(system%contact, task_tangent, x, system%u, system%contact_force, s=tangent%s)
-      if (system%condensed%active) then
-        call system%form%gather(system, 0.0_wp, .false.)
+      if (form%condensed%active) then
+        call form%kind%gather(system, form, 0.0_wp, .false.)
       else
-        call turn_elements(system)
+        call turn_elements(system, form%condensed)
       end if
-      call list_elements(system, tangent)
-      call form_points(system)
+      call list_elements(system%contact, tangent)
+      call form_points(system, form)
       call clear_dead(tangent)
     end associate
-    if (any(system%body%floating)) call find_unheld(x, system)
-    call end_cost(system%costs, cost_contact_tangent)
+    if (any(system%body%floating)) call find_unheld(x, system, form)
+    call end_cost(form%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
   !> Lists the closed elements.
-  subroutine list_elements(system, tangent)
-    type(system_t), intent(in) :: system !! contact elements, condensed
+  subroutine list_elements(contact, tangent)
+    type(element_list_t), intent(in) :: contact !! contact elements
     type(contact_tangent_t), intent(inout) :: tangent !! gets element
     integer :: k
 
-    if (.not. allocated(tangent%element)) allocate (tangent%element(system%contact%n))
+    if (.not. allocated(tangent%element)) allocate (tangent%element(contact%n))
     tangent%elements = 0
-    do k = 1, system%contact%n
-      if (system%contact%routine(k) == routine_none) cycle
-      if (system%contact%status(k) <= status_open) cycle
+    do k = 1, contact%n
+      if (contact%routine(k) == routine_none) cycle
+      if (contact%status(k) <= status_open) cycle
       tangent%elements = tangent%elements + 1
       tangent%element(tangent%elements) = k
     end do
@@ -97,41 +98,43 @@ contains
   end subroutine clear_dead
 
   !> Factor of the leading part of the element matrices at hand.
-  subroutine factorise_tangent(system, x, outcome)
-    type(system_t), intent(inout) :: system !! gets the factor in tangent of condensed
+  subroutine factorise_tangent(system, form, x, outcome)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets the factor in tangent of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! done or singular
     integer :: info
 
     outcome = solver_done
-    call begin_cost(system%costs, cost_dense_factor)
-    associate (condensed => system%condensed, tangent => system%condensed%tangent)
+    call begin_cost(form%costs, cost_dense_factor)
+    associate (condensed => form%condensed, tangent => form%condensed%tangent)
       call gather_compliance(condensed)
       tangent%modes = condensed%rigid%modes
       tangent%fresh = .true.
-      call choose_columns(system, x)
-      if (tangent%modes > 0) call hold_motions(system)
+      call choose_columns(system, form%condensed, x)
+      if (tangent%modes > 0) call hold_motions(system, form%condensed)
       call complete_compliance(condensed)
       if (tangent%parts%iterated) then
-        call form_blocks(system, x, outcome)
+        call form_blocks(system, form%condensed, x, outcome)
       else
         call form_double(condensed, tangent, info)
         if (info /= 0) outcome = solver_singular
       end if
       tangent%status = system%contact%status
     end associate
-    call end_cost(system%costs, cost_dense_factor)
+    call end_cost(form%costs, cost_dense_factor)
   end subroutine factorise_tangent
 
   !> The leading columns of contact: those of its points, of the nodes it touches, or, where both
   !! are many or a compliance is no matrix, for blocks.
-  subroutine choose_columns(system, x)
-    type(system_t), intent(inout) :: system !! gets columns in tangent of condensed
+  subroutine choose_columns(system, condensed, x)
+    type(system_t), intent(in) :: system !! the problem
+    type(condensed_t), intent(inout) :: condensed !! gets columns in tangent of condensed
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    real(wp) :: place(3, system%condensed%tangent%elements)
+    real(wp) :: place(3, condensed%tangent%elements)
     integer :: many
 
-    associate (condensed => system%condensed, tangent => system%condensed%tangent)
+    associate (tangent => condensed%tangent)
       many = merge(0, tangent%parts%most_dense, has_trees(condensed))
       tangent%whole = is_better_whole(condensed, tangent)
       tangent%parts%grouped = .false.
@@ -141,7 +144,7 @@ contains
         tangent%parts%grouped = tangent%rank > most_whole*many .and. .not. tangent%parts%dense
         tangent%parts%iterated = tangent%parts%grouped
         if (.not. tangent%parts%grouped) return
-        call place_elements(system, x, place)
+        call place_elements(system, condensed, x, place)
         call peel_groups(condensed, tangent, place, negligible)
       else
         call peel_elements(condensed, tangent)
@@ -174,9 +177,8 @@ contains
         tolerance = negligible
         if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
           largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
-        call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, &
-          tangent%u(:, n + 1:n + most_element_columns), &
-          tangent%v(:, n + 1:n + most_element_columns), rank)
+        call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, tangent%u(:, n + 1:n + &
+          most_element_columns), tangent%v(:, n + 1:n + most_element_columns), rank)
         tangent%owner(n + 1:n + rank) = tangent%element(e)
         n = n + rank
       end associate

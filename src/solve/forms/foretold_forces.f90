@@ -5,7 +5,7 @@ module foretold_forces
   use condensed_types, only: condensed_t, influence_t
   use compliance_products, only: find_equilibrium
   use condensed_system, only: spread_forces, restore_forces, find_defects
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: expect_without_friction, note_touching, take_rubbed
@@ -33,13 +33,14 @@ contains
   end subroutine note_touching
 
   !> Candidates in equilibrium with the forces that are expected once friction acts.
-  subroutine take_rubbed(system, taken)
+  subroutine take_rubbed(system, form, taken)
     type(system_t), intent(inout) :: system !! gets u, force, defect
+    type(form_t), intent(inout) :: form !! gets condensed
     logical, intent(out) :: taken !! these were foretold
-    real(wp) :: u(system%condensed%n)
+    real(wp) :: u(form%condensed%n)
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       taken = allocated(condensed%outer%rubbed) .and. .not. any(system%body%floating)
       if (.not. taken) return
       call move_alloc(condensed%outer%rubbed, condensed%outer%kept)
@@ -48,7 +49,7 @@ contains
       do i = 1, condensed%n
         system%u(condensed%direction(i), condensed%node(i)) = u(i)
       end do
-      call find_defects(system)
+      call find_defects(system, form)
     end associate
   end subroutine take_rubbed
 end module foretold_forces

@@ -5,7 +5,6 @@ module form_choice
   use condensed_form, only: condensed_form_of_system
   use condensed_bodies, only: free_condensed
   use system_types, only: form_t
-  use condensed_types, only: condensed_t
   implicit none
   private
   public :: take_form, take_full_form
@@ -13,25 +12,23 @@ module form_choice
 contains
 
   !> The form that the factors at hand are for.
-  subroutine take_form(form, condensed)
-    type(form_t), allocatable, intent(inout) :: form !! filled
-    type(condensed_t), intent(in) :: condensed !! which of its uses is on
+  subroutine take_form(form)
+    type(form_t), intent(inout) :: form !! condensed says which of its uses is on; gets its kind
 
-    if (condensed%active) then
-      form = condensed_form_of_system()
-    else if (condensed%preconditions) then
-      form = reused_form_of_system()
+    if (form%condensed%active) then
+      form%kind = condensed_form_of_system()
+    else if (form%condensed%preconditions) then
+      form%kind = reused_form_of_system()
     else
-      form = full_form_of_system()
+      form%kind = full_form_of_system()
     end if
   end subroutine take_form
 
   !> The full form; factors of condensed bodies are forgotten.
-  subroutine take_full_form(form, condensed)
-    type(form_t), allocatable, intent(inout) :: form !! filled
-    type(condensed_t), intent(inout) :: condensed !! is not in use
+  subroutine take_full_form(form)
+    type(form_t), intent(inout) :: form !! gets its kind
 
-    call free_condensed(condensed)
-    form = full_form_of_system()
+    call free_condensed(form%condensed)
+    form%kind = full_form_of_system()
   end subroutine take_full_form
 end module form_choice

@@ -12,7 +12,7 @@ module full_form
   use right_side, only: gather_right, damping_shares
   use full_tangent, only: form_tangent
   use contact_coupling, only: couple_full, couple_full_as_saved
-  use system_types, only: form_t, system_t
+  use system_types, only: form_t, form_kind_t, system_t
   implicit none
   private
   public :: full_form_of_system, free_values
@@ -25,7 +25,7 @@ contains
 
   !> The form.
   function full_form_of_system() result(form)
-    type(form_t) :: form
+    type(form_kind_t) :: form
 
     form%couple => couple_full
     form%couple_as_saved => couple_full_as_saved
@@ -50,152 +50,174 @@ contains
   end function full_form_of_system
 
   !> Internal force at u.
-  subroutine find_bulk_force(system, x)
+  subroutine find_bulk_force(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
+    type(form_t), intent(inout) :: form !! gets matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call form_bulk_force(x, system)
+    call form_bulk_force(x, system, form%whole)
   end subroutine find_bulk_force
 
   !> Internal force at the trial.
-  subroutine try_bulk_force(system, x)
+  subroutine try_bulk_force(system, form, x)
     type(system_t), intent(inout) :: system !! trial given; gets bulk_force
+    type(form_t), intent(inout) :: form !! trial given; gets matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call form_bulk_trial(x, system)
+    call form_bulk_trial(x, system, form)
   end subroutine try_bulk_force
 
   !> The trial at u + length du.
-  subroutine place_trial(system, length)
-    type(system_t), intent(inout) :: system !! gets trial
+  subroutine place_trial(system, form, length)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets trial
     real(wp), intent(in) :: length !! share of du
 
-    system%trial = system%u + length*system%du
+    form%trial = system%u + length*form%du
   end subroutine place_trial
 
   !> Moves to the trial.
-  subroutine take_trial(system, length)
+  subroutine take_trial(system, form, length)
     type(system_t), intent(inout) :: system !! u and bulk_force are moved
+    type(form_t), intent(inout) :: form !! bulk_change, trial
     real(wp), intent(in) :: length !! share of du
 
-    system%u = system%trial
+    system%u = form%trial
     call take_rigid(system%u, system%tools)
-    system%inner%bulk_force = system%inner%bulk_force + length*system%inner%bulk_change
+    system%inner%bulk_force = system%inner%bulk_force + length*form%bulk_change
   end subroutine take_trial
 
   !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are regularised if
   !! there is none.
-  subroutine find_direction(system, x, outcome)
+  subroutine find_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    call try_direction(system, x, outcome)
+    call try_direction(system, form, x, outcome)
     if (outcome /= solver_singular .or. .not. system%body%settled) return
     system%body%settled = .false.
-    call try_direction(system, x, outcome)
+    call try_direction(system, form, x, outcome)
   end subroutine find_direction
 
   !> Tangent, factor, direction of the system as it is held.
-  subroutine try_direction(system, x, outcome)
+  subroutine try_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
-    call form_tangent(system, x)
-    system%whole%solver%accuracy = needed_accuracy(system, system%wish%share, &
-      system%wish%wanted)
-    call factorise_bordered(system, system%whole%symmetric .and. .not. system%wish%indefinite, &
+    call form_tangent(system, form, x)
+    form%whole%solver%accuracy = needed_accuracy(system, form%right, form%wish%share, &
+      form%wish%wanted)
+    call factorise_bordered(system, form, form%whole%symmetric .and. .not. form%wish%indefinite, &
       outcome)
-    if (outcome == solver_done) call solve_bordered(system, system%right, system%solution, outcome)
+    if (outcome == solver_done) call solve_bordered(system, form, form%right, form%solution, &
+      outcome)
     if (outcome /= solver_done) return
-    call spread_direction(system)
-    call form_bulk_change(system)
+    call spread_direction(system, form)
+    call form_bulk_change(system, form)
   end subroutine try_direction
 
   !> The direction that the factor at hand gives for the present residual.
-  subroutine repeat_direction(system, found)
-    type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
+  subroutine repeat_direction(system, form, found)
+    type(system_t), intent(in) :: system !! right given; gets solution, du, bulk_change
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, intent(out) :: found !! there is one
     integer :: outcome
 
-    system%whole%solver%accuracy = refined_accuracy
-    call solve_bordered(system, system%right, system%solution, outcome)
+    form%whole%solver%accuracy = refined_accuracy
+    call solve_bordered(system, form, form%right, form%solution, outcome)
     found = outcome == solver_done
     if (.not. found) return
-    call spread_direction(system)
-    call form_bulk_change(system)
+    call spread_direction(system, form)
+    call form_bulk_change(system, form)
   end subroutine repeat_direction
 
   !> Length of the direction that the present factor gives for the residual of the trial; without
   !! limit if there is none.
-  real(wp) function next_length(system) result(length)
-    type(system_t), intent(inout) :: system !! factor and residual of the trial; next is used
+  real(wp) function next_length(system, form) result(length)
+    type(system_t), intent(in) :: system !! factor and residual of the trial; next is used
+    type(form_t), intent(inout) :: form !! right given; gets border, next, matrix
     integer :: outcome
 
     length = huge(1.0_wp)
-    system%whole%solver%accuracy = coarse_accuracy
-    call solve_bordered(system, system%right, system%next, outcome)
-    if (outcome == solver_done) length = norm2(system%next)
+    form%whole%solver%accuracy = coarse_accuracy
+    call solve_bordered(system, form, form%right, form%next, outcome)
+    if (outcome == solver_done) length = norm2(form%next)
   end function next_length
 
   !> Work of the residual on that direction.
-  real(wp) function next_energy(system) result(energy)
-    type(system_t), intent(inout) :: system !! factor and residual; next is used
+  real(wp) function next_energy(system, form) result(energy)
+    type(system_t), intent(in) :: system !! factor and residual; next is used
+    type(form_t), intent(inout) :: form !! right given; gets border, next, matrix
 
-    energy = next_length(system)
-    if (energy < huge(1.0_wp)) energy = abs(dot_product(system%right, system%next))
+    energy = next_length(system, form)
+    if (energy < huge(1.0_wp)) energy = abs(dot_product(form%right, form%next))
   end function next_energy
 
   !> Displacements that forces bring by themselves; none if there is no answer.
-  subroutine answer(system, force, du)
-    type(system_t), intent(inout) :: system !! tangent at hand; next is used
+  subroutine answer(system, form, force, du)
+    type(system_t), intent(in) :: system !! tangent at hand; next is used
+    type(form_t), intent(inout) :: form !! gets border, next, matrix
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
     real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
     integer :: outcome
 
     du = 0.0_wp
-    call solve_bordered(system, free_values(system, force), system%next, outcome)
+    call solve_bordered(system, form, free_values(system, form%right, force), form%next, outcome)
     if (outcome /= solver_done) return
-    call spread_values(system%equation, system%next, du)
-    call spread_rigid(system, system%next, du)
+    call spread_values(system%equation, form%next, du)
+    call spread_rigid(system, form%next, du)
   end subroutine answer
 
   !> The direction with forces beside the residual.
-  subroutine push(system, force)
-    type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du, bulk_change
+  subroutine push(system, form, force)
+    type(system_t), intent(in) :: system !! tangent at hand; gets solution, du, bulk_change
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
-    real(wp) :: change(size(system%solution))
+    real(wp) :: change(size(form%solution))
     integer :: outcome
 
-    call solve_bordered(system, free_values(system, force), change, outcome)
+    call solve_bordered(system, form, free_values(system, form%right, force), change, outcome)
     if (outcome /= solver_done) return
-    system%solution = system%solution + change
-    call spread_direction(system)
-    call form_bulk_change(system)
+    form%solution = form%solution + change
+    call spread_direction(system, form)
+    call form_bulk_change(system, form)
   end subroutine push
 
   !> Values at the free degrees of freedom.
-  pure function free_values(system, field) result(values)
+  pure function free_values(system, right, field) result(values)
     type(system_t), intent(in) :: system !! equations
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) right-hand side [force]
     real(wp), intent(in) :: field(:, :) !! (3, nodes)
-    real(wp) :: values(size(system%right))
+    real(wp) :: values(size(right))
 
     call gather_values(system%equation, field, values)
     values(system%equations + 1:) = rigid_values(system, field)
   end function free_values
 
-  !> Norm of the residual.
-  pure real(wp) function residual_norm(system) result(norm)
-    type(system_t), intent(in) :: system !! right given
+  !> All unknowns: free degrees of freedom, and those of rigid bodies.
+  pure integer function unknowns(system)
+    type(system_t), intent(in) :: system !! numbered
 
-    norm = norm2(system%right)
+    unknowns = system%equations + system%tools%unknowns
+  end function unknowns
+
+  !> Norm of the residual.
+  pure real(wp) function residual_norm(system, form) result(norm)
+    type(system_t), intent(in) :: system !! its unknowns
+    type(form_t), intent(in) :: form !! right given
+
+    norm = norm2(form%right(:unknowns(system)))
   end function residual_norm
 
   !> The largest resultant of the residual on a body that contact alone holds: what is left of its
   !! weight, say, which is small at each of many nodes.
-  pure real(wp) function largest_resultant(system) result(largest)
-    type(system_t), intent(in) :: system !! right given
+  pure real(wp) function largest_resultant(system, form) result(largest)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(in) :: form !! right given
     real(wp) :: total(3, system%body%bodies)
     integer :: i, k
 
@@ -207,7 +229,7 @@ contains
         if (body == 0) cycle
         do k = 1, 3
           if (system%equation(k, i) > 0) total(k, body) = total(k, body) &
-            + system%right(system%equation(k, i))
+            + form%right(system%equation(k, i))
         end do
       end associate
     end do
@@ -215,14 +237,15 @@ contains
   end function largest_resultant
 
   !> Norm of the damping's force.
-  pure real(wp) function damping_norm(system) result(norm)
+  pure real(wp) function damping_norm(system, form) result(norm)
     type(system_t), intent(in) :: system !! damping, pseudo_step
+    type(form_t), intent(in) :: form !! it moves all nodes
     real(wp) :: share(system%body%bodies)
     integer :: i
 
     norm = 0.0_wp
-    share = damping_shares(system)
-    do i = 1, size(system%equation, 2)
+    share = damping_shares(system%body)
+    do i = 1, size(form%du, 2)
       if (system%body%node_body(i) == 0) cycle
       norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &
         - system%body%pseudo_step%u(:, i), system%equation(:, i) > 0)))
@@ -231,32 +254,36 @@ contains
   end function damping_norm
 
   !> Norm of the direction.
-  pure real(wp) function direction_norm(system) result(norm)
-    type(system_t), intent(in) :: system !! solution given
+  pure real(wp) function direction_norm(system, form) result(norm)
+    type(system_t), intent(in) :: system !! its unknowns
+    type(form_t), intent(in) :: form !! solution given
 
-    norm = norm2(system%solution)
+    norm = norm2(form%solution(:unknowns(system)))
   end function direction_norm
 
   !> Work of the residual on the direction.
-  pure real(wp) function direction_work(system) result(work)
-    type(system_t), intent(in) :: system !! right and solution given
+  pure real(wp) function direction_work(system, form) result(work)
+    type(system_t), intent(in) :: system !! its unknowns
+    type(form_t), intent(in) :: form !! right and solution given
 
-    work = dot_product(system%right, system%solution)
+    work = dot_product(form%right(:unknowns(system)), form%solution(:unknowns(system)))
   end function direction_work
 
   !> Norm of the terms that the bulk's forces sum.
-  subroutine sum_terms(system, terms)
-    type(system_t), intent(inout) :: system !! u given; trial is used
+  subroutine sum_terms(system, form, terms)
+    type(system_t), intent(in) :: system !! u given; trial is used
+    type(form_t), intent(inout) :: form !! gets trial, matrix
     real(wp), intent(out) :: terms !! [force]
 
-    call multiply_bulk_absolute(system%equation, system%whole, system%u, system%trial)
-    where (system%equation == 0) system%trial = 0.0_wp
-    terms = norm2(system%trial)
+    call multiply_bulk_absolute(system%equation, form%whole, system%u, form%trial)
+    where (system%equation == 0) form%trial = 0.0_wp
+    terms = norm2(form%trial)
   end subroutine sum_terms
 
   !> The node and dof with the largest residual.
-  pure subroutine find_worst(system, node, dof, value)
-    type(system_t), intent(in) :: system !! right given
+  pure subroutine find_worst(system, form, node, dof, value)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(in) :: form !! right given
     integer, intent(out) :: node, dof !! 0 if no dof is free
     real(wp), intent(out) :: value !! the residual there [force]
     integer :: place(2), largest
@@ -265,8 +292,8 @@ contains
     dof = 0
     value = 0.0_wp
     if (system%equations == 0) return
-    largest = maxloc(abs(system%right(:system%equations)), 1)
-    value = system%right(largest)
+    largest = maxloc(abs(form%right(:system%equations)), 1)
+    value = form%right(largest)
     place = findloc(system%equation, largest)
     dof = place(1)
     node = place(2)

@@ -10,7 +10,7 @@ module full_tangent
   use supports, only: regularise_bodies
   use right_side, only: gather_right
   use rigid_border, only: form_border
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: form_tangent
@@ -23,38 +23,37 @@ contains
 
   !> Tangent at u in csc, right-hand side, and whether the tangent is symmetric; bodies that nothing
   !! holds at present are regularised. Without contact the tangent is the bulk's, formed once.
-  subroutine form_tangent(system, x)
+  subroutine form_tangent(system, form, x)
     type(system_t), intent(inout) :: system !! gets matrix, csc, symmetric, right
+    type(form_t), intent(inout) :: form !! gets border, right, matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer :: k
 
-    call form_bulk_tangent(x, system)
+    call form_bulk_tangent(x, system, form)
     if (system%contact%n == 0) then
-      if (.not. (system%whole%symmetric .and. system%bulk%linear)) &
-        call hand_values(system%whole%bulk_matrix, system%equation, system%whole%solver%by_nodes, &
-        system%whole%csc)
-      system%whole%symmetric = .not. allocated(system%loads%pressed)
-      call form_border(system)
+      if (.not. (form%whole%symmetric .and. system%bulk%linear)) &
+        call hand_values(form%whole%bulk_matrix, system%equation, form%whole%solver%by_nodes, &
+        form%whole%csc)
+      form%whole%symmetric = .not. allocated(system%loads%pressed)
+      call form_border(system, form)
       return
     end if
-    call begin_cost(system%costs, cost_contact_tangent)
-    system%whole%matrix%val = 0.0_wp
-    if (.not. system%whole%apart) then
-      do k = 1, size(system%whole%bulk_place)
-        system%whole%matrix%val(:, :, system%whole%bulk_place(k)) = &
-          system%whole%bulk_matrix%val(:, :, k)
+    call begin_cost(form%costs, cost_contact_tangent)
+    form%whole%matrix%val = 0.0_wp
+    if (.not. form%whole%apart) then
+      do k = 1, size(form%whole%bulk_place)
+        form%whole%matrix%val(:, :, form%whole%bulk_place(k)) = form%whole%bulk_matrix%val(:, :, k)
       end do
     end if
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
-      system%whole%matrix)
-    call gather_right(system, 0.0_wp, .false.)
-    if (any(system%body%floating)) call regularise_bodies(x, system)
-    call form_border(system)
-    call hand_values(system%whole%matrix, system%equation, system%whole%solver%by_nodes, &
-      system%whole%csc)
-    system%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
+      form%whole%matrix)
+    call gather_right(system, form, 0.0_wp, .false.)
+    if (any(system%body%floating)) call regularise_bodies(x, system, form)
+    call form_border(system, form)
+    call hand_values(form%whole%matrix, system%equation, form%whole%solver%by_nodes, form%whole%csc)
+    form%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
       .not. allocated(system%loads%pressed)
-    call end_cost(system%costs, cost_contact_tangent)
+    call end_cost(form%costs, cost_contact_tangent)
   end subroutine form_tangent
 
   !> The values for the solver; one that takes them by nodes has them when it factorises.

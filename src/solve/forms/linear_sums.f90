@@ -8,7 +8,8 @@ module linear_sums
   use model_types, only: model_t
   use sum_shares, only: sums_pay, begin_shares, form_shares, find_unit
   use sum_rows, only: count_sums, reaction_rows, load_rows
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: can_do_without, form_sums, take_sums, mapped_sums, direct_works
@@ -17,12 +18,13 @@ contains
 
   !> Rows and audit of an increment that has converged can do without displacements inside, and
   !! enough end times of the run do for the sums to pay.
-  logical function can_do_without(model, system) result(can)
+  logical function can_do_without(model, system, condensed) result(can)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! converged
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer :: i
 
-    can = system%condensed%active .and. .not. system%condensed%surface_only
+    can = condensed%active .and. .not. condensed%surface_only
     if (can) can = sums_pay(model, system)
     if (.not. can) return
     if (allocated(system%contact%reached)) then
@@ -42,28 +44,29 @@ contains
   end function presses_on_support
 
   !> What contact forces and loads do to each sum.
-  subroutine form_sums(model, system)
+  subroutine form_sums(model, system, form)
     type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(inout) :: system !! factors; gets sums of condensed
+    type(system_t), intent(in) :: system !! factors
+    type(form_t), intent(inout) :: form !! gets sums of condensed
     real(wp) :: unit(3, model%mesh%nodes), force(3, model%mesh%nodes)
     integer :: row, k, last(2), b
 
-    call begin_shares(model, system)
-    last = reaction_rows(model, system)
-    associate (sums => system%condensed%sums, loads => model%conditions%loads)
+    call begin_shares(model, system, form%condensed)
+    last = reaction_rows(model, system%body)
+    associate (sums => form%condensed%sums, loads => model%conditions%loads)
       sums%by_load = spread(spread(0.0_wp, 1, count_sums(model, system)), 2, size(loads))
       do k = 1, size(loads)
         force = 0.0_wp
         call add_force(loads(k), 1.0_wp, force)
         if (all(abs(force) <= 0.0_wp)) cycle
         do row = 1, last(2)
-          call find_unit(model, system, row, unit)
+          call find_unit(model, system, form%condensed, row, unit)
           sums%by_load(row, k) = -sum(unit*force)
         end do
       end do
       do b = 1, size(sums%bodies)
-        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, b, .false., &
-          system%costs)
+        if (.not. allocated(sums%bodies(b)%by_load)) call form_shares(model, system, form, b, &
+          .false., form%costs)
         sums%by_load = sums%by_load + sums%bodies(b)%by_load
       end do
       sums%value = spread(0.0_wp, 1, size(sums%by_load, 1))
@@ -72,19 +75,19 @@ contains
   end subroutine form_sums
 
   !> The sums of a converged state from its contact forces.
-  subroutine take_sums(system)
-    type(system_t), intent(inout) :: system !! gets the values of sums
+  subroutine take_sums(condensed)
+    type(condensed_t), intent(inout) :: condensed !! gets the values of sums
 
-    call mapped_sums(system, system%condensed%sums%value)
+    call mapped_sums(condensed, condensed%sums%value)
   end subroutine take_sums
 
   !> The same, handed out.
-  subroutine mapped_sums(system, value)
-    type(system_t), intent(in) :: system !! forces of contact, factors of the loads
+  subroutine mapped_sums(condensed, value)
+    type(condensed_t), intent(in) :: condensed !! forces of contact, factors of the loads
     real(wp), intent(out) :: value(:) !! (sums)
     integer :: b
 
-    associate (sums => system%condensed%sums, condensed => system%condensed)
+    associate (sums => condensed%sums)
       value = matmul(sums%by_load, condensed%outer%factors)
       do b = 1, size(sums%bodies)
         associate (body => condensed%bodies(b))
@@ -96,18 +99,19 @@ contains
   end subroutine mapped_sums
 
   !> Works of loads and reactions from displacements inside and reactions, each added up.
-  subroutine direct_works(model, system, state, value)
+  subroutine direct_works(model, system, condensed, state, value)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! equations, bodies
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     type(state_t), intent(in) :: state !! converged, displacements inside known
     real(wp), intent(inout) :: value(:) !! (sums) gets the works
     real(wp) :: unit(3, model%mesh%nodes)
     integer :: row, r(2), l(2)
 
-    r = reaction_rows(model, system)
+    r = reaction_rows(model, system%body)
     l = load_rows(model, system)
     do row = r(1), l(2)
-      call find_unit(model, system, row, unit)
+      call find_unit(model, system, condensed, row, unit)
       if (row <= r(2)) then
         value(row) = sum(unit*state%reaction)
       else

@@ -3,7 +3,7 @@
 module live_values
   use kinds, only: wp
   use condensed_types, only: condensed_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: clear_values, gather_condensed, take_condensed, begin_trials, try_live, take_live, &
@@ -12,27 +12,28 @@ module live_values
 contains
 
   !> Other candidates are live: residual and direction are zero elsewhere.
-  subroutine clear_values(system)
-    type(system_t), intent(inout) :: system !! right and solution become zero
+  subroutine clear_values(form)
+    type(form_t), intent(inout) :: form !! right and solution become zero
 
-    system%right = 0.0_wp
-    system%solution = 0.0_wp
+    form%right = 0.0_wp
+    form%solution = 0.0_wp
   end subroutine clear_values
 
   !> Residual of the live candidates: what the bulk bears less what the elements give.
-  subroutine gather_condensed(system, length)
-    type(system_t), intent(inout) :: system !! contact_force given; gets right
+  subroutine gather_condensed(system, form, length)
+    type(system_t), intent(in) :: system !! contact_force given
+    type(form_t), intent(inout) :: form !! gets right
     real(wp), intent(in) :: length !! share of the direction
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       condensed%bulk%defect_share = 1.0_wp - length
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
           condensed%alive%right(i) = condensed%bulk%force(c) + &
             length*condensed%bulk%force_change(c) &
             - system%contact_force(condensed%direction(c), condensed%node(c))
-          system%right(system%equation(condensed%direction(c), condensed%node(c))) = &
+          form%right(system%equation(condensed%direction(c), condensed%node(c))) = &
             condensed%alive%right(i)
         end associate
       end do
@@ -54,23 +55,25 @@ contains
   end subroutine take_condensed
 
   !> A direction has been found: its trials begin where the iterate is.
-  subroutine begin_trials(system)
-    type(system_t), intent(inout) :: system !! u given; gets trial
+  subroutine begin_trials(u, trial)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), intent(inout) :: trial(:, :) !! (3, nodes) displacements of the trial [length]
 
-    system%trial = system%u
+    trial = u
   end subroutine begin_trials
 
   !> A trial along the direction.
-  subroutine try_live(system, length)
-    type(system_t), intent(inout) :: system !! u, du given; trial is that of other nodes before
+  subroutine try_live(system, form, length)
+    type(system_t), intent(in) :: system !! u, du given; trial is that of other nodes before
+    type(form_t), intent(inout) :: form !! condensed, du given; gets trial
     real(wp), intent(in) :: length !! share of du
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
           associate (k => condensed%direction(c), node => condensed%node(c))
-            system%trial(k, node) = system%u(k, node) + length*system%du(k, node)
+            form%trial(k, node) = system%u(k, node) + length*form%du(k, node)
           end associate
         end associate
       end do
@@ -78,48 +81,50 @@ contains
   end subroutine try_live
 
   !> Moves the iterate to the trial.
-  subroutine take_live(system)
-    type(system_t), intent(inout) :: system !! trial given; u is moved
+  subroutine take_live(u, form)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(form_t), intent(in) :: form !! condensed, trial
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
-          system%u(condensed%direction(c), condensed%node(c)) = &
-            system%trial(condensed%direction(c), condensed%node(c))
+          u(condensed%direction(c), condensed%node(c)) = &
+            form%trial(condensed%direction(c), condensed%node(c))
         end associate
       end do
     end associate
   end subroutine take_live
 
   !> Norm of the direction.
-  pure real(wp) function live_direction_norm(system) result(norm)
+  pure real(wp) function live_direction_norm(system, form) result(norm)
     type(system_t), intent(in) :: system !! solution given
+    type(form_t), intent(in) :: form !! condensed, du, solution
 
-    norm = norm2(live_solution(system))
-    if (system%tools%border%n > 0) norm = hypot(norm, &
-      norm2(system%solution(system%equations + 1:)))
+    norm = norm2(live_solution(form))
+    if (system%tools%unknowns > 0) norm = hypot(norm, norm2(form%solution(system%equations + 1:)))
   end function live_direction_norm
 
   !> Work of the residual on the direction.
-  pure real(wp) function live_direction_work(system) result(work)
-    type(system_t), intent(in) :: system !! right and solution given
+  pure real(wp) function live_direction_work(system, form) result(work)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(in) :: form !! right and solution given
 
-    work = dot_product(system%condensed%alive%right, live_solution(system))
-    if (system%tools%border%n > 0) work = work + dot_product( &
-      system%right(system%equations + 1:), system%solution(system%equations + 1:))
+    work = dot_product(form%condensed%alive%right, live_solution(form))
+    if (system%tools%unknowns > 0) work = work + dot_product( &
+      form%right(system%equations + 1:), form%solution(system%equations + 1:))
   end function live_direction_work
 
   !> The direction at the live candidates.
-  pure function live_solution(system) result(values)
-    type(system_t), intent(in) :: system !! du given
-    real(wp) :: values(system%condensed%alive%n_live)
+  pure function live_solution(form) result(values)
+    type(form_t), intent(in) :: form !! du given
+    real(wp) :: values(form%condensed%alive%n_live)
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
-          values(i) = system%du(condensed%direction(c), condensed%node(c))
+          values(i) = form%du(condensed%direction(c), condensed%node(c))
         end associate
       end do
     end associate

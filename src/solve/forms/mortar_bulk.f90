@@ -15,7 +15,7 @@ module mortar_bulk
     local_forces
   use force_scales, only: note_forces, force_scale
   use residuals, only: residual_norm, estimate_round_off, round_off_factor
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: linearise_bulk, take_gaps, move_bulk, is_in_balance
@@ -25,8 +25,9 @@ contains
   !> Condenses the tangent at the iterate, or at the last state where what is prescribed jumps. What
   !! forces out of balance without contact make of the candidates stands in for the influence of
   !! loads on a linear bulk.
-  subroutine linearise_bulk(system, x, outcome)
-    type(system_t), intent(inout) :: system !! u, bulk_force given; gets bodies, loaded, pushes
+  subroutine linearise_bulk(system, form, x, outcome)
+    type(system_t), intent(in) :: system !! u, bulk_force given
+    type(form_t), intent(inout) :: form !! gets bodies, loaded, pushes
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! as in back_ends
     real(wp) :: u(3, size(x, 2))
@@ -34,13 +35,13 @@ contains
 
     u = system%u
     if (system%inner%linearised) u = system%inner%u_start
-    call condense_at(system, u, spread(.true., 1, system%body%bodies), outcome)
-    if (outcome == solver_not_definite .and. system%condensed%refusals == 0) then
-      system%condensed%refusals = 1
-      call condense_at(system, u, spread(.true., 1, system%body%bodies), outcome)
+    call condense_at(system, form, u, spread(.true., 1, system%body%bodies), outcome)
+    if (outcome == solver_not_definite .and. form%condensed%refusals == 0) then
+      form%condensed%refusals = 1
+      call condense_at(system, form, u, spread(.true., 1, system%body%bodies), outcome)
     end if
     if (outcome /= solver_done) return
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       condensed%rigid%alpha = 0.0_wp
       condensed%rigid%hold = spread(condensed%rigid%alpha, 2, condensed%rigid%modes)
       condensed%outer%factors = [1.0_wp]
@@ -49,8 +50,8 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
-          if (body%motions%n > 0) call find_modes(system, b)
-          call reduce_body(body, u, 0.0_wp, system%costs)
+          if (body%motions%n > 0) call find_modes(system, form, b)
+          call reduce_body(body, u, 0.0_wp, form%costs)
           call displace(body, body%reduced(body%equation), &
             condensed%outer%loaded(body%first + 1:body%first + body%m))
         end associate
@@ -64,9 +65,10 @@ contains
 
   !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
   !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
-  subroutine take_gaps(model, system, stiff, unknowns)
+  subroutine take_gaps(model, system, form, stiff, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! u given; gets loaded
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! gets loaded
     real(wp), intent(in) :: stiff(:) !! (n) compliance along supported axes of the round before; of
     !! another number where multipliers have come or gone
     type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
@@ -74,7 +76,7 @@ contains
     real(wp) :: q(3, 3)
     integer :: i
 
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do i = 1, condensed%n
         condensed%outer%loaded(i) = system%u(condensed%direction(i), condensed%node(i))
       end do
@@ -106,19 +108,20 @@ contains
 
   !> What fixings let a body do for a unit at each of them, the work of forces out of balance on
   !! that, and what resists it, eq. (7.21).
-  subroutine find_modes(system, b)
-    type(system_t), intent(inout) :: system !! condensed; gets modes of a body, pushes, hold
+  subroutine find_modes(system, form, b)
+    type(system_t), intent(in) :: system !! condensed
+    type(form_t), intent(inout) :: form !! gets modes of a body, pushes, hold
     integer, intent(in) :: b !! the body
-    real(wp) :: way(3, size(system%u, 2)), spring(system%condensed%bodies(b)%motions%n)
+    real(wp) :: way(3, size(system%u, 2)), spring(form%condensed%bodies(b)%motions%n)
     integer :: k, l
 
-    spring = fixing_springs(system, b)
+    spring = fixing_springs(form, b)
     way = 0.0_wp
-    associate (condensed => system%condensed, body => system%condensed%bodies(b), &
-      first => system%condensed%bodies(b)%first_mode)
+    associate (condensed => form%condensed, body => form%condensed%bodies(b), &
+      first => form%condensed%bodies(b)%first_mode)
       do l = 1, body%motions%n
-        call answer_body(body, fixing_forces(system, b, merge(spring, 0.0_wp, &
-          [(k == l, k=1, body%motions%n)])), spread(0.0_wp, 1, body%m), system%costs, way)
+        call answer_body(body, fixing_forces(system, form, b, merge(spring, 0.0_wp, &
+          [(k == l, k=1, body%motions%n)])), spread(0.0_wp, 1, body%m), form%costs, way)
         do k = 1, body%m
           body%modes(k, l) = way(body%direction(body%equation(k)), body%node(body%equation(k)))
         end do
@@ -134,13 +137,13 @@ contains
   end subroutine find_modes
 
   !> Stiffness of the springs at the fixings of a body.
-  pure function fixing_springs(system, b) result(spring)
-    type(system_t), intent(in) :: system !! the matrix that was condensed
+  pure function fixing_springs(form, b) result(spring)
+    type(form_t), intent(in) :: form !! the matrix that was condensed
     integer, intent(in) :: b !! the body
-    real(wp) :: spring(system%condensed%bodies(b)%motions%n)
+    real(wp) :: spring(form%condensed%bodies(b)%motions%n)
     integer :: k
 
-    associate (body => system%condensed%bodies(b), blocks => system%whole%bulk_matrix)
+    associate (body => form%condensed%bodies(b), blocks => form%whole%bulk_matrix)
       do k = 1, size(spring)
         spring(k) = blocks%val(body%fixing_direction(k), body%fixing_direction(k), &
           find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
@@ -149,15 +152,16 @@ contains
   end function fixing_springs
 
   !> Forces at the fixings of a body as a nodal field.
-  pure function fixing_forces(system, b, at_fixings) result(force)
+  pure function fixing_forces(system, form, b, at_fixings) result(force)
     type(system_t), intent(in) :: system !! condensed
+    type(form_t), intent(in) :: form !! condensed
     integer, intent(in) :: b !! the body
     real(wp), intent(in) :: at_fixings(:) !! (motions) [force]
     real(wp) :: force(3, size(system%u, 2))
     integer :: k
 
     force = 0.0_wp
-    associate (body => system%condensed%bodies(b))
+    associate (body => form%condensed%bodies(b))
       do k = 1, size(at_fixings)
         force(body%fixing_direction(k), body%fixing_node(k)) = at_fixings(k)
       end do
@@ -180,41 +184,43 @@ contains
 
   !> Moves the bulk by the forces of multipliers and by what it lacked, as far as no element turns
   !! inside out; what it lacks then.
-  subroutine move_bulk(system, x, share)
+  subroutine move_bulk(system, form, x, share)
     type(system_t), intent(inout) :: system !! condensed, its forces and motions; gets u, right
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: share !! of the way that it has gone
     integer :: b
 
-    system%du = 0.0_wp
-    associate (condensed => system%condensed)
+    form%du = 0.0_wp
+    associate (condensed => form%condensed)
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
-          call answer_body(body, free_forces(system) + fixing_forces(system, b, &
-            fixing_springs(system, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
+          call answer_body(body, free_forces(system) + fixing_forces(system, form, b, &
+            fixing_springs(form, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
             + body%motions%n)), &
-            condensed%bulk%force(body%first + 1:body%first + body%m), system%costs, system%du)
+            condensed%bulk%force(body%first + 1:body%first + body%m), form%costs, form%du)
         end associate
       end do
     end associate
-    where (system%equation == 0) system%du = 0.0_wp
-    call bulk_step(x, system, share)
-    system%u = system%u + share*system%du
+    where (system%equation == 0) form%du = 0.0_wp
+    call bulk_step(x, system%bulk, system%u, system%inner, form%du, share)
+    system%u = system%u + share*form%du
     system%inner%linearised = .false.
-    call form_bulk_force(x, system)
-    call system%form%gather(system, 0.0_wp, .false.)
-    call note_forces(system)
+    call form_bulk_force(x, system, form%whole)
+    call form%kind%gather(system, form, 0.0_wp, .false.)
+    call note_forces(system, form)
   end subroutine move_bulk
 
   !> The bulk is in balance with the forces of multipliers.
-  logical function is_in_balance(system, x, wanted) result(balanced)
+  logical function is_in_balance(system, form, x, wanted) result(balanced)
     type(system_t), intent(inout) :: system !! right given; gets round_off
+    type(form_t), intent(inout) :: form !! its kind
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: wanted !! residual over forces
 
-    call estimate_round_off(system, x)
-    balanced = residual_norm(system) <= max(wanted*force_scale(system), &
+    call estimate_round_off(system, form, x)
+    balanced = residual_norm(system, form) <= max(wanted*force_scale(system%scale), &
       round_off_factor*system%scale%round_off)
   end function is_in_balance
 

@@ -6,7 +6,7 @@ module mortar_compliance
   use rigid_bodies, only: rigid_motion, loads_on_rigid
   use tree_compliance, only: apply_tree
   use mortar_unknowns, only: mortar_rows_t, mortar_system_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: add_body, find_motions
@@ -112,14 +112,15 @@ contains
   end subroutine add_block
 
   !> What rigid motions do to the multipliers, work of the forces on these, and that of the loads.
-  pure subroutine find_motions(system, unknowns)
+  pure subroutine find_motions(system, form, unknowns)
     type(system_t), intent(in) :: system !! bodies, rigid bodies, loads
+    type(form_t), intent(in) :: form !! condensed
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
     integer, allocatable :: mine(:)
     integer :: b, i
 
-    associate (condensed => system%condensed, modes => system%condensed%rigid%modes &
-      + system%tools%border%n)
+    associate (condensed => form%condensed, modes => form%condensed%rigid%modes &
+      + system%tools%unknowns)
       unknowns%motion = reshape([real(wp) ::], [3*unknowns%n, modes], [0.0_wp])
       unknowns%push = unknowns%motion
       unknowns%load = spread(0.0_wp, 1, modes)
@@ -139,7 +140,7 @@ contains
         end associate
       end do
     end associate
-    if (system%tools%border%n > 0) call add_rigid(system, unknowns)
+    if (system%tools%unknowns > 0) call add_rigid(system, form, unknowns)
   end subroutine find_motions
 
   !> What rigid motions of a body do to a multiplier, and its force to them.
@@ -168,13 +169,14 @@ contains
 
   !> Free motions of rigid bodies with a point, to first order about where they are; what acts on
   !! them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
-  pure subroutine add_rigid(system, unknowns)
+  pure subroutine add_rigid(system, form, unknowns)
     type(system_t), intent(in) :: system !! rigid bodies, loads
+    type(form_t), intent(in) :: form !! condensed
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
-    real(wp), dimension(3, system%tools%border%n) :: now, before, of_node
+    real(wp), dimension(3, system%tools%unknowns) :: now, before, of_node
     integer :: i, e
 
-    associate (rows => unknowns%rows, n => system%condensed%rigid%modes)
+    associate (rows => unknowns%rows, n => form%condensed%rigid%modes)
       unknowns%load(n + 1:) = loads_on_rigid(system)
       do i = 1, unknowns%n
         now = 0.0_wp

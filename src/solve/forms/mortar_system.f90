@@ -7,7 +7,7 @@ module mortar_system
   use mortar_unknowns, only: mortar_system_t, join_rows, find_gaps, take_cones, local_forces, across
   use mortar_compliance, only: add_body, find_motions
   use live_candidates, only: gather_compliance, complete_compliance
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: build_mortar, anchor_mortar, spread_forces
@@ -15,38 +15,39 @@ module mortar_system
 contains
 
   !> Gaps, compliance, rigid motions and cones of all multipliers.
-  subroutine build_mortar(model, system, unknowns)
+  subroutine build_mortar(model, system, form, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
-    type(system_t), intent(inout) :: system !! loaded displacements, prescribed u; compliances
+    type(system_t), intent(in) :: system !! loaded displacements, prescribed u; compliances
+    type(form_t), intent(inout) :: form !! gets condensed
     type(mortar_system_t), intent(out) :: unknowns !! the system
     real(wp) :: x(3, size(system%u, 2))
     integer :: b, c
 
     call join_rows(model, unknowns)
-    if (system%condensed%rigid%modes + system%tools%border%n > 0) then
+    if (form%condensed%rigid%modes + system%tools%unknowns > 0) then
       call find_gaps(model, system, system%position%x_now, unknowns)
       unknowns%near = unknowns%gap
     end if
     x = model%mesh%x + system%u
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do c = 1, condensed%n
         x(condensed%direction(c), condensed%node(c)) = model%mesh%x(condensed%direction(c), &
           condensed%node(c)) + condensed%outer%loaded(c)
       end do
     end associate
     call find_gaps(model, system, x, unknowns)
-    call gather_compliance(system%condensed)
-    call complete_compliance(system%condensed)
+    call gather_compliance(form%condensed)
+    call complete_compliance(form%condensed)
     allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
-    do b = 1, size(system%condensed%bodies)
-      if (system%condensed%bodies(b)%n_live > 0) call add_body(system%condensed, &
-        system%condensed%bodies(b), unknowns)
+    do b = 1, size(form%condensed%bodies)
+      if (form%condensed%bodies(b)%n_live > 0) call add_body(form%condensed, &
+        form%condensed%bodies(b), unknowns)
     end do
-    call find_motions(system, unknowns)
+    call find_motions(system, form, unknowns)
     allocate (unknowns%hold(size(unknowns%load), size(unknowns%load)), source=0.0_wp)
-    associate (modes => system%condensed%rigid%modes)
+    associate (modes => form%condensed%rigid%modes)
       if (modes > 0 .and. .not. system%bulk%linear) unknowns%hold(:modes, :modes) = &
-        system%condensed%rigid%hold
+        form%condensed%rigid%hold
     end associate
     call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
@@ -57,16 +58,17 @@ contains
   !> The same system with other rows: its gaps are the true ones at the forces and motions so far,
   !! and change with them by the compliance that is at hand. Rigid bodies with a point are where
   !! their motions have put them: these begin anew.
-  subroutine anchor_mortar(model, system, unknowns)
+  subroutine anchor_mortar(model, system, form, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers, the same as before
     type(system_t), intent(in) :: system !! where forces and motions so far have put the bodies
+    type(form_t), intent(in) :: form !! condensed
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap, motion, push, cones
     integer :: i
 
     call find_gaps(model, system, system%position%x_now, unknowns)
-    call find_motions(system, unknowns)
+    call find_motions(system, form, unknowns)
     call drop_supported(system%equation, unknowns)
-    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
+    associate (z => local_forces(model, unknowns), alpha => form%condensed%rigid%alpha)
       unknowns%gap = unknowns%gap - matmul(unknowns%compliance, z)
       if (size(alpha) > 0) unknowns%gap = unknowns%gap - matmul(unknowns%motion(:, :size(alpha)), &
         alpha)
@@ -141,16 +143,17 @@ contains
   end subroutine drop_compliance
 
   !> Hands the forces of the multipliers to the nodes: what contact asks of the bulk.
-  pure subroutine spread_forces(model, system)
+  pure subroutine spread_forces(model, system, form)
     type(model_t), intent(in) :: model !! pairs with forces of their multipliers
     type(system_t), intent(inout) :: system !! gets contact_force, and force of condensed
+    type(form_t), intent(inout) :: form !! gets condensed
     integer :: k, c
 
     system%contact_force = 0.0_wp
     do k = 1, size(model%pairs)
       call add_forces(model%pairs(k)%nodes, system%contact_force)
     end do
-    associate (condensed => system%condensed)
+    associate (condensed => form%condensed)
       do c = 1, condensed%n
         condensed%bulk%force(c) = system%contact_force(condensed%direction(c), condensed%node(c))
       end do

@@ -7,7 +7,7 @@ module near_steps
   use condensed_direction, only: is_worth_trying, most_allowed, most_stale
   use contact_tangent, only: factorise_tangent, form_rest
   use bulk_passes, only: begin_direction, solve_pass
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use condensed_types, only: condensed_t
   implicit none
   private
@@ -21,8 +21,9 @@ module near_steps
 contains
 
   !> The direction that the factors give by themselves: one pass, and no tangent of the bulk.
-  subroutine find_near_direction(system, x, outcome)
+  subroutine find_near_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution; near, if there is none
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     logical :: answered
@@ -30,58 +31,59 @@ contains
     outcome = solver_done
     answered = .false.
     if (.not. (system%motion%active .or. any(system%body%floating))) then
-      call begin_direction(system, x)
-      if (is_worth_trying(system)) then
-        system%condensed%tangent%fresh = .false.
-        call form_rest(system%contact, system%condensed)
-        call solve_pass(system, system%right, most_stale, system%solution, answered)
-        if (.not. answered) call begin_direction(system, x)
+      call begin_direction(system, form, x)
+      if (is_worth_trying(system, form%condensed)) then
+        form%condensed%tangent%fresh = .false.
+        call form_rest(system%contact, form%condensed)
+        call solve_pass(system, form, form%right, most_stale, form%solution, answered)
+        if (.not. answered) call begin_direction(system, form, x)
       end if
       if (.not. answered) then
-        call factorise_tangent(system, x, outcome)
+        call factorise_tangent(system, form, x, outcome)
         if (outcome /= solver_done) return
-        call form_rest(system%contact, system%condensed)
-        call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
+        call form_rest(system%contact, form%condensed)
+        call solve_pass(system, form, form%right, most_allowed(form%condensed), form%solution, &
           answered)
       end if
-      system%condensed%norm_before = norm2(system%right)
-      call count_cost(system%costs, cost_bulk_krylov, 1)
+      form%condensed%norm_before = norm2(form%right)
+      call count_cost(form%costs, cost_bulk_krylov, 1)
     end if
-    system%form%near = answered
+    form%kind%near = answered
   end subroutine find_near_direction
 
   !> The same for the present residual, with the contact of the last one.
-  subroutine find_near_again(system, answered)
-    type(system_t), intent(inout) :: system !! right given; gets solution
+  subroutine find_near_again(system, form, answered)
+    type(system_t), intent(in) :: system !! right given
+    type(form_t), intent(inout) :: form !! gets solution
     logical, intent(out) :: answered !! there is one
 
-    call solve_pass(system, system%right, most_allowed(system%condensed), system%solution, &
-      answered)
-    call count_cost(system%costs, cost_bulk_krylov, 1)
+    call solve_pass(system, form, form%right, most_allowed(form%condensed), form%solution, answered)
+    call count_cost(form%costs, cost_bulk_krylov, 1)
   end subroutine find_near_again
 
   !> Whether the factors are near enough to go on with them alone: the step went its whole way, and
   !! left little at nodes that contact does not touch. After the step from the last state that is
   !! tried.
-  subroutine judge_nearness(system, start, length)
-    type(system_t), intent(inout) :: system !! residual after a step; near may go
+  subroutine judge_nearness(system, form, start, length)
+    type(system_t), intent(in) :: system !! residual after a step; near may go
+    type(form_t), intent(inout) :: form !! right given; gets condensed, its kind
     real(wp), intent(in) :: start !! norm of the residual before it [force]
     real(wp), intent(in) :: length !! share of its direction that it went
-    real(wp) :: rest(size(system%right))
+    real(wp) :: rest(size(form%right))
     integer :: i
 
-    if (system%inner%linearised) system%form%near = system%condensed%preconditions .and. &
+    if (system%inner%linearised) form%kind%near = form%condensed%preconditions .and. &
       length >= 1.0_wp .and. system%inner%inverted == 0
-    if (system%inner%linearised .or. .not. system%form%near) return
-    rest = system%right
-    associate (condensed => system%condensed)
+    if (system%inner%linearised .or. .not. form%kind%near) return
+    rest = form%right
+    associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live
         associate (c => condensed%alive%live(i))
           rest(system%equation(condensed%direction(c), condensed%node(c))) = 0.0_wp
         end associate
       end do
-      system%form%near = length >= 1.0_wp .and. norm2(rest) <= near_factor_share*start
-      if (system%form%near) call note_near_step(system%condensed, norm2(rest)/start)
+      form%kind%near = length >= 1.0_wp .and. norm2(rest) <= near_factor_share*start
+      if (form%kind%near) call note_near_step(form%condensed, norm2(rest)/start)
     end associate
   end subroutine judge_nearness
 

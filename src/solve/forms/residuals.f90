@@ -9,7 +9,7 @@ module residuals
   use assembly, only: assemble
   use multiplier_types, only: shift_multipliers
   use rigid_bodies, only: try_rigid
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: form_residual, form_trial, residual_norm, estimate_round_off, round_off_factor
@@ -21,52 +21,56 @@ module residuals
 contains
 
   !> Internal forces at u.
-  subroutine form_residual(system, x)
+  subroutine form_residual(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets bulk_force, contact_force, right
+    type(form_t), intent(inout) :: form !! its kind
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call begin_cost(system%costs, cost_residual)
-    if (associated(system%form%find_bulk_force) .and. .not. system%inner%known) &
-      call system%form%find_bulk_force(system, x)
+    call begin_cost(form%costs, cost_residual)
+    if (associated(form%kind%find_bulk_force) .and. .not. system%inner%known) &
+      call form%kind%find_bulk_force(system, form, x)
     system%inner%known = .false.
     call assemble(system%contact, task_residual, x, system%u, system%contact_force)
-    call system%form%gather(system, 0.0_wp, .false.)
-    call end_cost(system%costs, cost_residual)
+    call form%kind%gather(system, form, 0.0_wp, .false.)
+    call end_cost(form%costs, cost_residual)
   end subroutine form_residual
 
   !> The same at u + length du; where the bulk is linear only contact is evaluated.
-  subroutine form_trial(system, x, length)
+  subroutine form_trial(system, form, x, length)
     type(system_t), intent(inout) :: system !! u, du, bulk_change given; gets trial, right
+    type(form_t), intent(inout) :: form !! its kind, solution given; gets trial
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
 
-    call begin_cost(system%costs, cost_residual)
-    call system%form%place_trial(system, length)
-    call try_rigid(system, length)
+    call begin_cost(form%costs, cost_residual)
+    call form%kind%place_trial(system, form, length)
+    call try_rigid(system%tools, form%solution, length, form%trial)
     if (system%motion%active) call shift_multipliers(system%motion, length, system%contact%shift)
-    if (associated(system%form%try_bulk_force)) call system%form%try_bulk_force(system, x)
-    call assemble(system%contact, task_residual, x, system%trial, system%contact_force)
-    call system%form%gather(system, length, .true.)
-    call end_cost(system%costs, cost_residual)
+    if (associated(form%kind%try_bulk_force)) call form%kind%try_bulk_force(system, form, x)
+    call assemble(system%contact, task_residual, x, form%trial, system%contact_force)
+    call form%kind%gather(system, form, length, .true.)
+    call end_cost(form%costs, cost_residual)
   end subroutine form_trial
 
   !> Norm of the residual in the unknowns of the form.
-  pure real(wp) function residual_norm(system) result(norm)
-    type(system_t), intent(in) :: system !! right given
+  pure real(wp) function residual_norm(system, form) result(norm)
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(in) :: form !! right given
 
-    norm = system%form%residual_norm(system)
+    norm = form%kind%residual_norm(system, form)
   end function residual_norm
 
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
   !! contact points of bodies that contact alone holds are left out: such a body may have come to
   !! rest without any load, and what is left there is then seen against no other force.
-  subroutine estimate_round_off(system, x)
+  subroutine estimate_round_off(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms, largest
     integer :: k, n, last
 
-    call system%form%sum_terms(system, terms)
+    call form%kind%sum_terms(system, form, terms)
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (system%contact%status(k) <= status_open .and. is_floating(system, k)) cycle

@@ -15,7 +15,7 @@ module solver_choice
   use form_choice, only: take_form, take_full_form
   use condensed_system, only: start_condensed
   use tree_compliance, only: has_trees
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   use system_parts, only: whole_form_t
   implicit none
   private
@@ -56,24 +56,25 @@ contains
   end subroutine ask_for_solver
 
   !> Decides once for each SOLVer, before an increment, and tells the log.
-  subroutine choose_solver(model, system, monitor)
+  subroutine choose_solver(model, system, form, monitor)
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! gets choice
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets choice
     class(monitor_t), intent(inout) :: monitor !! hears of it
     character(:), allocatable :: reason, obstacle
     type(scene_t) :: scene
     logical :: condensed
 
-    if (system%whole%choice /= solver_unknown) return
-    if (any(model%pairs%mortar)) system%whole%asked = solver_reduced
-    scene = look_at(model, system)
-    call decide(scene, system%whole%asked, system%whole%choice, reason)
-    call take_bulk_back(model%mesh%x, system)
-    condensed = system%condensed%active .or. system%condensed%preconditions
-    if (system%whole%choice == solver_reduced .and. .not. condensed) then
-      call start_condensed(model, system, system%whole%asked == solver_auto, obstacle, &
+    if (form%whole%choice /= solver_unknown) return
+    if (any(model%pairs%mortar)) form%whole%asked = solver_reduced
+    scene = look_at(model, system, form%whole)
+    call decide(scene, form%whole%asked, form%whole%choice, reason)
+    call take_bulk_back(model%mesh%x, system, form)
+    condensed = form%condensed%active .or. form%condensed%preconditions
+    if (form%whole%choice == solver_reduced .and. .not. condensed) then
+      call start_condensed(model, system, form, form%whole%asked == solver_auto, obstacle, &
         scene%dense_share)
-      call take_form(system%form, system%condensed)
+      call take_form(form)
       if (len(obstacle) > 0) then
         if (index(obstacle, 'would cost') > 0) then
           call monitor%event('  REDUced is not taken, '//obstacle)
@@ -82,39 +83,41 @@ contains
         end if
         scene%declined = .true.
       end if
-      if (len(obstacle) == 0) scene%trees = has_trees(system%condensed)
-      call decide(scene, system%whole%asked, system%whole%choice, reason)
-    else if (system%whole%choice /= solver_reduced .and. condensed) then
-      call take_full_form(system%form, system%condensed)
+      if (len(obstacle) == 0) scene%trees = has_trees(form%condensed)
+      call decide(scene, form%whole%asked, form%whole%choice, reason)
+    else if (form%whole%choice /= solver_reduced .and. condensed) then
+      call take_full_form(form)
     end if
-    call take_choice(system%whole%solver, system%whole%choice)
+    call take_choice(form%whole%solver, form%whole%choice)
     call monitor%event(reason)
   end subroutine choose_solver
 
   !> What will be taken as far as is known before anything is factorised.
-  integer function foresee_choice(model, system) result(choice)
+  integer function foresee_choice(model, system, form) result(choice)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! built
+    type(form_t), intent(in) :: form !! matrix
     integer :: asked
     character(:), allocatable :: reason
 
-    asked = system%whole%forced
-    if (asked == solver_unknown) asked = merge(solver_reduced, system%whole%asked, &
+    asked = form%whole%forced
+    if (asked == solver_unknown) asked = merge(solver_reduced, form%whole%asked, &
       any(model%pairs%mortar))
-    call decide(look_at(model, system), asked, choice, reason)
+    call decide(look_at(model, system, form%whole), asked, choice, reason)
   end function foresee_choice
 
   !> AUTO takes the whole system where the condensed form has found no way (doc/theory, "Choice of
   !! the solver"). A study needs its factors.
-  subroutine decline_condensed(system, declined)
-    type(system_t), intent(inout) :: system !! its choice is open again
+  subroutine decline_condensed(whole_factors, whole, declined)
+    logical, intent(in) :: whole_factors !! a study asks the factors after the run: none is shrunk
+    type(whole_form_t), intent(inout) :: whole !! gets matrix
     logical, intent(out) :: declined !! there is another choice
 
-    declined = system%whole%asked == solver_auto .and. system%whole%choice == solver_reduced .and. &
-      .not. system%whole_factors
+    declined = whole%asked == solver_auto .and. whole%choice == solver_reduced .and. &
+      .not. whole_factors
     if (.not. declined) return
-    system%whole%declined = .true.
-    system%whole%choice = solver_unknown
+    whole%declined = .true.
+    whole%choice = solver_unknown
   end subroutine decline_condensed
 
   !> The next end time begins: the condensed form may serve again.
@@ -127,22 +130,23 @@ contains
   end subroutine retry_condensed
 
   !> The facts of a scene.
-  function look_at(model, system) result(scene)
+  function look_at(model, system, whole) result(scene)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(in) :: system !! equations and bodies
+    type(whole_form_t), intent(in) :: whole !! matrix
     type(scene_t) :: scene
     logical :: on_surface(size(system%equation, 2))
     integer :: k
 
     scene%ranks = count_ranks()
-    scene%declined = system%whole%declined
+    scene%declined = whole%declined
     scene%contact = system%contact%n > 0
     scene%linear_bulk = system%bulk%linear
     scene%restrained = .not. any(system%body%floating)
-    scene%rigid_unknowns = system%tools%border%n > 0
+    scene%rigid_unknowns = system%tools%unknowns > 0
     if (scene%rigid_unknowns) scene%bonded = is_bonded(system)
     scene%multipliers = any(has_multipliers(model%pairs))
-    scene%dofs = system%equations + system%tools%border%n
+    scene%dofs = system%equations + system%tools%unknowns
     on_surface = .false.
     do k = 1, size(model%pairs)
       if (any(has_friction(model%pairs(k)%friction%mu))) scene%friction = .true.

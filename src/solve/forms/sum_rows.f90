@@ -4,6 +4,7 @@
 module sum_rows
   use model_types, only: model_t
   use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: body_rows, reaction_rows, load_rows, turn_rows, swelling_row, count_sums
@@ -20,12 +21,12 @@ contains
   end function body_rows
 
   !> Works of the reactions on what a unit of each load prescribes.
-  pure function reaction_rows(model, system) result(rows)
+  pure function reaction_rows(model, body) result(rows)
     type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(in) :: system !! bodies
+    type(bodies_t), intent(in) :: body !! bodies
     integer :: rows(2)
 
-    rows = 3*size(model%output%reactions) + 6*system%body%bodies + [1, size(model%conditions%loads)]
+    rows = 3*size(model%output%reactions) + 6*body%bodies + [1, size(model%conditions%loads)]
   end function reaction_rows
 
   !> Works of the forces of a unit of each load.
@@ -34,7 +35,7 @@ contains
     type(system_t), intent(in) :: system !! bodies
     integer :: rows(2)
 
-    rows = reaction_rows(model, system) + size(model%conditions%loads)
+    rows = reaction_rows(model, system%body) + size(model%conditions%loads)
   end function load_rows
 
   !> Turns of a body: the sum of (x - center) x u over its nodes.

@@ -13,8 +13,8 @@ module sum_shares
   use body_measures, only: measure_bodies
   use body_volumes, only: add_volume_gradient
   use sum_rows, only: body_rows, reaction_rows, turn_rows, swelling_row, count_sums
-  use condensed_types, only: body_sums_t
-  use system_types, only: system_t
+  use condensed_types, only: body_sums_t, condensed_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: sums_pay, begin_shares, form_shares, find_unit
@@ -55,20 +55,20 @@ contains
     pay = system%spared >= least_spared
     if (.not. pay) return
     n = count_sums(model, system)
-    pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. &
-      .not. any(system%body%motions%n > 0 .or. system%body%floating) .and. &
-      system%tools%border%n == 0 .and. &
-      .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
+    pay = system%spared >= least_spared + n/sums_of_pass .and. n <= most_sums .and. .not. &
+      any(system%body%motions%n > 0 .or. system%body%floating) .and. system%tools%unknowns == 0 &
+      .and. .not. (allocated(system%loads%pressed) .or. allocated(system%loads%spring))
   end function sums_pay
 
   !> Nothing is known yet of any body.
-  subroutine begin_shares(model, system)
+  subroutine begin_shares(model, system, condensed)
     type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! bodies; gets center and bodies of sums
+    type(system_t), intent(in) :: system !! bodies
+    type(condensed_t), intent(inout) :: condensed !! gets center and bodies of sums
     real(wp), allocatable :: reach(:), inertia(:, :, :)
     logical, allocatable :: moves(:)
 
-    associate (sums => system%condensed%sums)
+    associate (sums => condensed%sums)
       if (allocated(sums%bodies)) return
       call measure_bodies(model%mesh%x, system, sums%center, reach, inertia, moves)
       allocate (sums%bodies(system%body%bodies))
@@ -76,9 +76,10 @@ contains
   end subroutine begin_shares
 
   !> What contact forces on a body and loads do to each sum through that body.
-  subroutine form_shares(model, system, b, shared, costs)
+  subroutine form_shares(model, system, form, b, shared, costs)
     type(model_t), intent(in) :: model !! output request, loads
-    type(system_t), intent(inout) :: system !! factor, compliance, influence; gets the shares
+    type(system_t), intent(in) :: system !! factor, compliance, influence
+    type(form_t), intent(inout) :: form !! gets the shares
     integer, intent(in) :: b !! the body
     logical, intent(in) :: shared !! threads share the work
     type(cost_t), intent(inout) :: costs !! cost table
@@ -89,30 +90,29 @@ contains
 
     pulls%shared = shared
     own = system%body%node_body == b
-    last = reaction_rows(model, system)
-    associate (influence => system%condensed%outer%influence, &
-      shares => system%condensed%sums%bodies(b))
+    last = reaction_rows(model, system%body)
+    associate (influence => form%condensed%outer%influence, shares => form%condensed%sums%bodies(b))
       allocate (shares%by_load(count_sums(model, system), size(influence, 3)), &
-        shares%by_force(system%condensed%bodies(b)%m, count_sums(model, system)), source=0.0_wp)
+        shares%by_force(form%condensed%bodies(b)%m, count_sums(model, system)), source=0.0_wp)
       pull = 0.0_wp
       do row = 1, size(shares%by_load, 1)
         if (all(owner_of(model, system, row) /= [0, b])) cycle
-        call find_unit(model, system, row, unit)
+        call find_unit(model, system, form%condensed, row, unit)
         call keep_own(own, unit, has_some)
         if (.not. has_some) cycle
         if (row <= last(2)) then
-          call multiply_some(system%whole%bulk_matrix, own .and. &
-            reached_by(system%whole%bulk_matrix, unit), unit, pull)
+          call multiply_some(form%whole%bulk_matrix, own .and. &
+            reached_by(form%whole%bulk_matrix, unit), unit, pull)
         else
           pull = unit
         end if
         do k = 1, size(influence, 3)
           shares%by_load(row, k) = work_of(own, pull, influence(:, :, k))
         end do
-        call take_pull(system, b, row, pull, pulls, shares, costs)
+        call take_pull(form%condensed, b, row, pull, pulls, shares, costs)
         pull = 0.0_wp
       end do
-      call find_shares(system, b, pulls, shares, costs)
+      call find_shares(form%condensed, b, pulls, shares, costs)
     end associate
   end subroutine form_shares
 
@@ -162,8 +162,8 @@ contains
   end function owner_of
 
   !> Keeps the pull of a sum on a body, if there is one, until there are enough of them.
-  subroutine take_pull(system, b, row, pull, pulls, shares, costs)
-    type(system_t), intent(in) :: system !! bodies of condensed
+  subroutine take_pull(condensed, b, row, pull, pulls, shares, costs)
+    type(condensed_t), intent(in) :: condensed !! bodies of condensed
     integer, intent(in) :: b !! the body
     integer, intent(in) :: row !! the sum
     real(wp), intent(in) :: pull(:, :) !! (3, nodes) force [as the sum over a length]
@@ -173,7 +173,7 @@ contains
     integer :: i
     logical :: has_twin
 
-    associate (body => system%condensed%bodies(b))
+    associate (body => condensed%bodies(b))
       if (body%m == 0) return
       if (.not. allocated(pulls%right)) allocate (pulls%right(size(body%node), most_together), &
         pulls%row(most_together))
@@ -188,7 +188,7 @@ contains
       end associate
       pulls%n = pulls%n + 1
       pulls%row(pulls%n) = row
-      if (pulls%n == most_together) call find_shares(system, b, pulls, shares, costs)
+      if (pulls%n == most_together) call find_shares(condensed, b, pulls, shares, costs)
     end associate
   end subroutine take_pull
 
@@ -220,8 +220,8 @@ contains
 
   !> What a unit of force at each candidate of a body does to the sums whose pulls are kept: the
   !! work of a pull on what it moves.
-  subroutine find_shares(system, b, pulls, shares, costs)
-    type(system_t), intent(in) :: system !! bodies of condensed
+  subroutine find_shares(condensed, b, pulls, shares, costs)
+    type(condensed_t), intent(in) :: condensed !! bodies of condensed
     integer, intent(in) :: b !! the body
     type(pulls_t), intent(inout) :: pulls !! those of the body; they go
     type(body_sums_t), intent(inout) :: shares !! gets the shares
@@ -230,7 +230,7 @@ contains
     integer :: k
 
     if (pulls%n == 0) return
-    associate (body => system%condensed%bodies(b), last => size(pulls%right, 1))
+    associate (body => condensed%bodies(b), last => size(pulls%right, 1))
       allocate (share(body%m, pulls%n))
       if (body%tree%used) then
         call solve_columns(body%solver, pulls%right(:, :pulls%n), costs)
@@ -276,9 +276,10 @@ contains
   end subroutine take_moves
 
   !> What a sum multiplies each reaction with, or each displacement.
-  subroutine find_unit(model, system, row, unit)
+  subroutine find_unit(model, system, condensed, row, unit)
     type(model_t), intent(in) :: model !! output request, loads
     type(system_t), intent(in) :: system !! equations, bodies
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer, intent(in) :: row !! the sum
     real(wp), intent(out) :: unit(:, :) !! (3, nodes)
     integer :: sets, bodies, loads, k
@@ -292,7 +293,7 @@ contains
       call add_set(model, (k + 2)/3, 1 + mod(k - 1, 3), unit)
     else if (k <= sets + 6*bodies) then
       k = k - sets - 1
-      call add_motion_of(model, system, 1 + k/6, 1 + mod(k, 6), unit)
+      call add_motion_of(model, system, condensed, 1 + k/6, 1 + mod(k, 6), unit)
     else if (k <= sets + 6*bodies + loads) then
       call add_displacement(model%conditions%loads(k - sets - 6*bodies), 1.0_wp, unit)
     else if (k <= sets + 6*bodies + 2*loads) then
@@ -303,7 +304,7 @@ contains
       return
     else
       k = k - sets - 6*bodies - 2*loads - 1
-      call add_motion_of(model, system, 1 + k/3, 4 + mod(k, 3), unit)
+      call add_motion_of(model, system, condensed, 1 + k/3, 4 + mod(k, 3), unit)
       return
     end if
     where (system%equation > 0) unit = 0.0_wp
@@ -326,9 +327,10 @@ contains
   end subroutine add_set
 
   !> A rigid motion of a body: along an axis, or about one through its center.
-  subroutine add_motion_of(model, system, body, motion, unit)
+  subroutine add_motion_of(model, system, condensed, body, motion, unit)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(in) :: system !! bodies
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     integer, intent(in) :: body !! the body
     integer, intent(in) :: motion !! 1 to 3 along, 4 to 6 about
     real(wp), intent(inout) :: unit(:, :) !! (3, nodes)
@@ -342,8 +344,7 @@ contains
       if (motion <= 3) then
         unit(:, i) = axis
       else
-        unit(:, i) = cross(axis, model%mesh%x(:, i) - &
-          system%condensed%sums%center(:, body))
+        unit(:, i) = cross(axis, model%mesh%x(:, i) - condensed%sums%center(:, body))
       end if
     end do
   end subroutine add_motion_of

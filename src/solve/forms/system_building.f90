@@ -15,7 +15,7 @@ module system_building
   use supports, only: find_floating_bodies
   use full_form, only: full_form_of_system
   use held_bodies, only: fix_held
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   use cells, only: most_facet_nodes
   use system_parts, only: contact_places_t
   implicit none
@@ -25,37 +25,40 @@ module system_building
 contains
 
   !> Everything a run needs, at time 0.
-  subroutine build_system(model, system, state)
+  subroutine build_system(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! filled; its costs go on counting
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(out) :: state !! at rest
 
-    call outline_system(model, system, state)
-    call fill_system(model, system)
+    call outline_system(model, system, form, state)
+    call fill_system(model, system, form)
   end subroutine build_system
 
   !> What needs the matrix of the bulk, after the outline.
-  subroutine fill_system(model, system)
+  subroutine fill_system(model, system, form)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! its outline; filled
+    type(form_t), intent(inout) :: form !! gets its kind, matrix
 
-    system%form = full_form_of_system()
+    form%kind = full_form_of_system()
     call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
-    call build_bulk(model, system)
+    call build_bulk(model, system, form)
   end subroutine fill_system
 
   !> Bodies, equations, and the first targets of the contact points.
-  subroutine outline_system(model, system, state)
+  subroutine outline_system(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! gets bodies, equations, vectors
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(out) :: state !! at rest
     integer, allocatable :: element_body(:)
     integer :: k
 
     call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
     call number_equations(model%conditions%restrained, system)
-    call fix_held(model, system)
+    call fix_held(model, system%equation, system%body)
     if (allocated(system%body%fixed)) call number_equations(model%conditions%restrained .or. &
       system%body%fixed, system)
     call start_rigid(model, system, state)
@@ -64,7 +67,7 @@ contains
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system%loads)
     end if
     call find_floating_bodies(model%mesh%x, system)
-    call allocate_vectors(model%mesh%nodes, system, state)
+    call allocate_vectors(model%mesh%nodes, system, form, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
       call measure_overlap(model%pairs(k), model%mesh%x)
@@ -102,20 +105,19 @@ contains
   end function mean_master
 
   !> Vectors of the solution.
-  subroutine allocate_vectors(nodes, system, state)
+  subroutine allocate_vectors(nodes, system, form, state)
     integer, intent(in) :: nodes !! number of nodes
     type(system_t), intent(inout) :: system !! gets its vectors
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! gets its vectors
 
-    allocate (system%u(3, nodes), system%du(3, nodes), system%trial(3, nodes), &
-      system%loads%external(3, nodes), system%inner%bulk_force(3, nodes), &
-        system%inner%bulk_change(3, nodes), &
-      system%contact_force(3, nodes), system%position%left(3, nodes), system%position%carried(3, &
-        nodes), &
-      system%position%x_old(3, nodes), system%position%x_now(3, nodes), &
-      system%position%x_ahead(3, nodes), source=0.0_wp)
-    allocate (system%right(system%equations + system%tools%border%n), source=0.0_wp)
-    allocate (system%solution, system%next, source=system%right)
+    allocate (system%u(3, nodes), form%du(3, nodes), form%trial(3, nodes), &
+      system%loads%external(3, nodes), system%inner%bulk_force(3, nodes), form%bulk_change(3, &
+      nodes), system%contact_force(3, nodes), system%position%left(3, nodes), &
+      system%position%carried(3, nodes), system%position%x_old(3, nodes), system%position%x_now(3, &
+      nodes), system%position%x_ahead(3, nodes), source=0.0_wp)
+    allocate (form%right(system%equations + system%tools%unknowns), source=0.0_wp)
+    allocate (form%solution, form%next, source=form%right)
     allocate (state%u(3, nodes), state%reaction(3, nodes), source=0.0_wp)
   end subroutine allocate_vectors
 

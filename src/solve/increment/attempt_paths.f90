@@ -2,7 +2,8 @@
 module attempt_paths
   use kinds, only: wp
   use model_types, only: model_t
-  use increment_start, only: start_here, start_again, leave_bodies
+  use increment_start, only: start_here, start_again
+  use predictor, only: leave_bodies
   use first_touch, only: begin_touch_again
   use softening, only: begin_softening
   use force_scales, only: force_scale
@@ -13,7 +14,8 @@ module attempt_paths
   use multiplier_updates, only: solve_from_start, rest_then_along, come_along
   use soft_penalties, only: solve_from_soft
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: try_attempt
@@ -24,11 +26,13 @@ module attempt_paths
 contains
 
   !> Solves in one way.
-  subroutine try_attempt(attempt, start, model, system, time, settings, monitor, progress, trail)
+  subroutine try_attempt(attempt, start, model, system, form, time, settings, monitor, progress, &
+    trail)
     type(attempt_t), intent(in) :: attempt !! the way
     real(wp), intent(in) :: start(:, :) !! (3, nodes) displacements of the start chosen [length]
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -37,54 +41,56 @@ contains
     type(settings_t) :: now
 
     if (attempt%told /= '') call monitor%detail('  no convergence: once more '//trim(attempt%told))
-    call go_to_start(attempt%start, start, trail%carried_left, model, system, monitor)
+    call go_to_start(attempt%start, start, trail%carried_left, model, system, form, monitor)
     if (attempt%start /= start_chosen) progress = newton_t()
     now = settings
-    if (attempt%path == path_damping) call begin_drift(model, system, settings, now)
+    if (attempt%path == path_damping) call begin_drift(model, system, form, settings, now)
     if (attempt%path == path_penalties) then
-      call solve_from_soft(model, system, time, settings, monitor, progress)
+      call solve_from_soft(model, system, form, time, settings, monitor, progress)
     else if (attempt%multipliers == multipliers_along) then
-      call come_along(model, system, time, now, monitor, progress)
+      call come_along(model, system, form, time, now, monitor, progress)
     else if (attempt%multipliers == multipliers_rest_first) then
-      call rest_then_along(model, system, time, now, monitor, progress, trail%rested)
+      call rest_then_along(model, system, form, time, now, monitor, progress, trail%rested)
     else
-      call solve_from_start(model, system, time, now, monitor, progress)
+      call solve_from_start(model, system, form, time, now, monitor, progress)
     end if
-    if (attempt%path == path_damping) call let_free(system)
+    if (attempt%path == path_damping) call let_free(system%body, form)
   end subroutine try_attempt
 
   !> Where an attempt starts; those with a continuation of their own start where the bodies were.
-  subroutine go_to_start(which, start, carried, model, system, monitor)
+  subroutine go_to_start(which, start, carried, model, system, form, monitor)
     integer, intent(in) :: which !! one of the starts
     real(wp), intent(in) :: start(:, :) !! (3, nodes) displacements of the start chosen [length]
     logical, intent(in) :: carried !! the other start is that of the bodies carried along
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: norm
 
-    if (which == start_other) call start_again(model, system, carried, monitor)
+    if (which == start_other) call start_again(model, system, form, carried, monitor)
     if (which /= start_same) return
     call begin_touch_again(system%touch)
-    call begin_softening(model, system)
+    call begin_softening(model, system%softening)
     system%u = start
-    call start_here(model, system, norm)
+    call start_here(model, system, form, norm)
   end subroutine go_to_start
 
   !> From where the bodies were, with damping and more patience than usual.
-  subroutine begin_drift(model, system, settings, patient)
+  subroutine begin_drift(model, system, form, settings, patient)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left given; u becomes the start, gets first_damping
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     type(settings_t), intent(in) :: settings !! tolerances
     type(settings_t), intent(out) :: patient !! those with damping
     real(wp) :: norm
 
-    call leave_bodies(system)
-    call start_here(model, system, norm)
+    call leave_bodies(system%u, system%position, system%tools)
+    call start_here(model, system, form, norm)
     patient = settings
     patient%most_solves = pseudo_patience*settings%most_solves
     patient%most_passes = pseudo_patience*settings%most_passes
-    system%body%first_damping = max(force_scale(system), &
+    system%body%first_damping = max(force_scale(system%scale), &
       norm)/(damping_way*max(system%scale%facet_size, tiny(1.0_wp)))
   end subroutine begin_drift
 end module attempt_paths

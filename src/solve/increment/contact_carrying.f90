@@ -89,7 +89,7 @@ contains
 
     allocate (fit%first(0:system%body%bodies), source=-1)
     allocate (fit%rigid(0:system%body%bodies), source=0)
-    if (system%tools%border%n > 0) then
+    if (system%tools%unknowns > 0) then
       do b = 1, size(system%tools%rigid)
         if (size(system%tools%rigid(b)%unknown) > 0) fit%rigid(system%tools%rigid(b)%body) = b
       end do
@@ -119,8 +119,7 @@ contains
     integer :: p
 
     do p = 1, size(force)
-      force(p) = force_at(pair, p, system%position%x_old, &
-        shallow*system%scale%facet_size)
+      force(p) = force_at(pair, p, system%position%x_old, shallow*system%scale%facet_size)
     end do
     if (all(force <= 0.0_wp)) return
     force = force/sum(force)

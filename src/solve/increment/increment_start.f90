@@ -15,18 +15,20 @@ module increment_start
   use contact_system, only: restart_points, move_targets, load_contact
   use first_touch, only: begin_touch, begin_touch_again
   use softening, only: begin_softening
-  use expected_status, only: expect_status, forget_expected
-  use predictor, only: carry_bodies, turn_bodies
+  use expected_status, only: expect_status
+  use point_status, only: forget_expected
+  use predictor, only: carry_bodies, turn_bodies, leave_bodies, take_along
   use contact_carrying, only: carry_with_contact
   use force_scales, only: begin_scales
   use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
-    start_rubbing, leave_bodies
+    start_rubbing
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
   !! what it is without.
@@ -35,24 +37,25 @@ module increment_start
 contains
 
   !> The start that was not chosen at first, after the first has led nowhere.
-  subroutine start_again(model, system, carried, monitor)
+  subroutine start_again(model, system, form, carried, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left and carried given; u becomes the start
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     logical, intent(in) :: carried !! start from the bodies carried along
     class(monitor_t), intent(inout) :: monitor !! hears of it
     real(wp) :: norm
 
     call begin_touch_again(system%touch)
-    call begin_softening(model, system)
-    if (associated(system%form%begin_anew)) call system%form%begin_anew(system)
+    call begin_softening(model, system%softening)
+    if (associated(form%kind%begin_anew)) call form%kind%begin_anew(form)
     if (carried) then
-      call take_along(system)
+      call take_along(system%u, system%position, system%tools)
       call monitor%detail('  no convergence: once more with the predictor')
     else
-      call leave_bodies(system)
+      call leave_bodies(system%u, system%position, system%tools)
       call monitor%detail('  no convergence: once more without the predictor')
     end if
-    call start_here(model, system, norm)
+    call start_here(model, system, form, norm)
     call forget_expected(system%contact)
   end subroutine start_again
 
@@ -83,9 +86,10 @@ contains
 
   !> Scales, first touches and the two starts of an increment: where the bodies were, and carried
   !! along.
-  subroutine prepare_start(model, system, state, time, foretold)
+  subroutine prepare_start(model, system, form, state, time, foretold)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; gets left, carried, x_ahead
+    type(form_t), intent(inout) :: form !! gets its kind
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
@@ -96,8 +100,8 @@ contains
     end do
     call begin_scales(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
-    call begin_softening(model, system)
-    call start_bulk(state%u, system)
+    call begin_softening(model, system%softening)
+    call start_bulk(state%u, system%bulk, system%inner, form)
     system%position%left = system%u
     system%position%carried = system%u
     if (system%bulk%linear) then
@@ -109,39 +113,42 @@ contains
     end if
     system%position%x_ahead = model%mesh%x + system%position%carried
     foretold = .false.
-    if (associated(system%form%begin)) call system%form%begin(model, system, state, time, foretold)
+    if (associated(form%kind%begin)) call form%kind%begin(model, system, form, state, time, &
+      foretold)
   end subroutine prepare_start
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
   !! smaller residual; chooses the targets there. Forces that are foretold carry the bodies well.
-  subroutine choose_start(model, system, state, time, monitor)
+  subroutine choose_start(model, system, form, state, time, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u becomes the start
+    type(form_t), intent(inout) :: form !! gets its kind, matrix
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm
     logical :: taken, doubtful
 
-    call prepare_start(model, system, state, time, taken)
+    call prepare_start(model, system, form, state, time, taken)
     if (taken) then
-      call take_along(system)
-      call start_here(model, system, norm)
+      call take_along(system%u, system%position, system%tools)
+      call start_here(model, system, form, norm)
       return
     end if
-    call start_carried(model, system, state, taken)
+    call start_carried(model, system, form, state, taken)
     if (taken) return
-    call take_better(model, system, monitor)
-    if (.not. associated(system%form%doubt_start)) return
-    call system%form%doubt_start(system, model%mesh%x, doubtful)
-    if (doubtful) call take_better(model, system, monitor)
+    call take_better(model, system, form, monitor)
+    if (.not. associated(form%kind%doubt_start)) return
+    call form%kind%doubt_start(system, form, model%mesh%x, doubtful)
+    if (doubtful) call take_better(model, system, form, monitor)
   end subroutine choose_start
 
   !> Starts from where bodies that contact holds roll and glide to with what they touch, if that
   !! leaves not much more than where they were: penalties make much of small ways along normals.
-  subroutine start_carried(model, system, state, taken)
+  subroutine start_carried(model, system, form, state, taken)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left, carried given; u may become the start
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     type(state_t), intent(in) :: state !! last converged state
     logical, intent(out) :: taken !! it has
     real(wp), allocatable :: alone(:, :)
@@ -155,10 +162,10 @@ contains
     if (.not. taken) return
     system%position%x_alone = system%position%x_ahead
     system%position%x_ahead = model%mesh%x + system%position%carried
-    call leave_bodies(system)
-    call start_here(model, system, norm_left)
-    call take_along(system)
-    call start_here(model, system, norm)
+    call leave_bodies(system%u, system%position, system%tools)
+    call start_here(model, system, form, norm_left)
+    call take_along(system%u, system%position, system%tools)
+    call start_here(model, system, form, norm)
     taken = norm <= most_energy_growth*norm_left
     if (taken) return
     system%position%carried = alone
@@ -166,69 +173,54 @@ contains
     call forget_carrying(system%tools)
   end subroutine start_carried
 
-  !> Starts from where the bodies were.
-  pure subroutine leave_bodies(system)
-    type(system_t), intent(inout) :: system !! left given; u
-
-    system%u = system%position%left
-    system%tools%ahead = .false.
-  end subroutine leave_bodies
-
-  !> Starts from where the predictor takes the bodies.
-  pure subroutine take_along(system)
-    type(system_t), intent(inout) :: system !! carried given; u
-
-    system%u = system%position%carried
-    system%tools%ahead = .true.
-  end subroutine take_along
-
   !> Of the starts with and without the predictor the one that leaves the smaller residual. In the
   !! condensed form the defects of the latter, which cost next to nothing, often tell that it leaves
   !! more; not with bodies that contact holds, whose defects depend on how they move.
-  subroutine take_better(model, system, monitor)
+  subroutine take_better(model, system, form, monitor)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left, carried given; u becomes the start
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     class(monitor_t), intent(inout) :: monitor !! hears of the choice
     real(wp) :: norm_left, norm_carried, least_left
     logical :: moved, carried_first
 
     moved = any(abs(system%position%carried - system%position%left) > 0.0_wp)
-    carried_first = moved .and. .not. any(system%body%floating) .and. &
-      associated(system%form%foresee)
+    carried_first = moved .and. .not. any(system%body%floating) .and. associated(form%kind%foresee)
     norm_carried = huge(1.0_wp)
     if (carried_first) then
-      call leave_bodies(system)
-      call system%form%foresee(system, carried_first, least_left)
+      call leave_bodies(system%u, system%position, system%tools)
+      call form%kind%foresee(system, form, carried_first, least_left)
     end if
     if (carried_first) then
-      call take_along(system)
-      call start_here(model, system, norm_carried)
+      call take_along(system%u, system%position, system%tools)
+      call start_here(model, system, form, norm_carried)
       if (norm_carried <= least_left) return
     end if
-    call leave_bodies(system)
-    call start_here(model, system, norm_left)
+    call leave_bodies(system%u, system%position, system%tools)
+    call start_here(model, system, form, norm_left)
     if (.not. moved) return
     if (.not. (carried_first .and. norm_left < norm_carried)) then
-      call take_along(system)
-      call start_here(model, system, norm_carried)
+      call take_along(system%u, system%position, system%tools)
+      call start_here(model, system, form, norm_carried)
       if (norm_carried <= norm_left) return
-      call leave_bodies(system)
-      call start_here(model, system, norm_left)
+      call leave_bodies(system%u, system%position, system%tools)
+      call start_here(model, system, form, norm_left)
     end if
     call monitor%detail('  rigid body predictor rejected: it does not lower the residual')
   end subroutine take_better
 
   !> Friction begins to act at points that have touched first: where forces with it are foretold,
   !! the increment goes on from there.
-  subroutine start_rubbing(model, system, settings)
+  subroutine start_rubbing(model, system, form, settings)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u may be moved
+    type(form_t), intent(inout) :: form !! its kind
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     integer :: changes
     logical :: taken
 
-    if (.not. associated(system%form%start_rubbing)) return
-    call system%form%start_rubbing(system, taken)
+    if (.not. associated(form%kind%start_rubbing)) return
+    call form%kind%start_rubbing(system, form, taken)
     if (.not. taken) return
     system%position%x_now = model%mesh%x + system%u
     call move_targets(model, system, settings%extrapolation, changes)
@@ -236,14 +228,15 @@ contains
 
   !> Target facets and residual at the present u. A solve that follows needs not form them again,
   !! unless multipliers or damping are still to come.
-  subroutine start_here(model, system, norm)
+  subroutine start_here(model, system, form, norm)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u given; residual formed
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     real(wp), intent(out) :: norm !! norm of the residual there
     integer :: changes
 
     call return_rigid(system%u, system%tools)
-    call return_bulk(model%mesh%x, system)
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
     system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
       call restart_points(model, system%costs, system%position)
@@ -251,10 +244,10 @@ contains
       call load_contact(model, system)
     end if
     system%place%coupled = .false.
-    if (associated(system%form%restart)) call system%form%restart(system)
+    if (associated(form%kind%restart)) call form%kind%restart(system, form)
     call expect_status(model, system)
-    call form_residual(system, model%mesh%x)
-    norm = residual_norm(system)
+    call form_residual(system, form, model%mesh%x)
+    norm = residual_norm(system, form)
     system%place%begun = .not. (any(system%body%floating) .or. any(shifts_gap(model%pairs)))
   end subroutine start_here
 end module increment_start

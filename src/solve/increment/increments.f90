@@ -1,30 +1,29 @@
-!> One increment: its start, the ways to solve it, what may not be taken for a solution.
+!> One increment: its start and the ways to solve it.
 module increments
   use kinds, only: wp
   use threads, only: notice_others
   use model_types, only: model_t
   use increment_start, only: take_overlaps, begin_at, choose_start
-  use touch_path, only: touch_waits
+  use touch_types, only: touch_waits
   use solver_choice, only: choose_solver
-  use newton, only: newton_t, outcome_converged, outcome_restless, outcome_through, &
-    outcome_turned, outcome_thrown
+  use newton, only: newton_t, outcome_converged, outcome_restless
   use contact_parameters, only: is_stiff, shifts_gap
-  use contact_entries, only: has_gone_through
   use attempts, only: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text, &
     path_damping
   use attempt_paths, only: try_attempt
   use accepted_state, only: accept
   use stacks, only: is_stack
   use soft_penalties, only: may_soften
-  use lost_contact, only: has_thrown, has_turned
+  use lost_contact, only: look_for_thrown, look_for_strays
   use late_look, only: look_inside
   use mortar_increment, only: solve_mortar
   use monitors, only: monitor_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   use text, only: to_text
   implicit none
   private
-  public :: solve_increment, look_for_strays
+  public :: solve_increment
 
   !> Damping that has led nowhere so often since the last increment that was accepted is not tried
   !! with shorter ones: these start near their end, if they have one.
@@ -35,9 +34,10 @@ module increments
 contains
 
   !> Solves for the state at `time`. On failure nothing is accepted: history and state stay.
-  subroutine solve_increment(model, system, state, time, settings, monitor, progress)
+  subroutine solve_increment(model, system, form, state, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! history of its pairs is committed on success
     type(system_t), intent(inout) :: system !! u is the new state on success
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! last converged state; the new one on success
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -47,38 +47,39 @@ contains
     integer :: look
 
     call notice_others()
-    call choose_solver(model, system, monitor)
+    call choose_solver(model, system, form, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u
     call take_overlaps(model, time)
     if (any(model%pairs%mortar)) then
-      call solve_mortar(model, system, state, time, settings, monitor, progress)
+      call solve_mortar(model, system, form, state, time, settings, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
-      if (progress%outcome == outcome_converged) call look_for_strays(model, system, progress)
-      if (progress%outcome == outcome_converged) call accept(model, system, state, time)
+      if (progress%outcome == outcome_converged) call look_for_strays(model, system, form, progress)
+      if (progress%outcome == outcome_converged) call accept(model, system, form, state, time)
       return
     end if
     do look = 1, most_looks
       call begin_at(model, system, state, time)
-      call choose_start(model, system, state, time, monitor)
-      call follow_plan(model, system, time, settings, monitor, progress)
+      call choose_start(model, system, form, state, time, monitor)
+      call follow_plan(model, system, form, time, settings, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
       if (progress%outcome /= outcome_converged) return
-      call look_inside(model, system, state, settings, monitor, known, missed)
+      call look_inside(model, system, form, state, settings, monitor, known, missed)
       if (.not. missed) exit
       progress%outcome = outcome_restless
     end do
-    if (progress%outcome == outcome_converged) call look_for_strays(model, system, progress)
+    if (progress%outcome == outcome_converged) call look_for_strays(model, system, form, progress)
     if (progress%outcome /= outcome_converged) return
     system%motion%hopeless = .false.
     system%body%in_vain = 0
-    call accept(model, system, state, time, known)
+    call accept(model, system, form, state, time, known)
   end subroutine solve_increment
 
   !> Tries one way after the other, until one leads to a solution.
-  subroutine follow_plan(model, system, time, settings, monitor, progress)
+  subroutine follow_plan(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -98,53 +99,16 @@ contains
       trail%floats = any(system%body%floating) .and. system%body%in_vain < most_in_vain
       if (.not. is_called_for(plan(k), k, trail)) cycle
       if (trail%last == 1) call monitor%detail('  attempts: '//plan_text(plan))
-      call try_attempt(plan(k), start, model, system, time, settings, monitor, progress, trail)
+      call try_attempt(plan(k), start, model, system, form, time, settings, monitor, progress, &
+        trail)
       trail%last = k
       trail%outcome = progress%outcome
-      call look_for_thrown(model, system, progress, monitor, trail%thrown)
+      call look_for_thrown(model, system, form, progress, monitor, trail%thrown)
     end do
     if (has_failed(progress%outcome)) system%motion%hopeless = .true.
     if (plan(trail%last)%path == path_damping .and. progress%outcome /= outcome_converged) &
       system%body%in_vain = system%body%in_vain + 1
   end subroutine follow_plan
-
-  !> Says it where what has converged has thrown bodies out of contact, or turned them farther than
-  !! small strain can mean: the next start may lead elsewhere.
-  subroutine look_for_thrown(model, system, progress, monitor, thrown)
-    type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! the last iterate
-    type(newton_t), intent(in) :: progress !! how it ended
-    class(monitor_t), intent(inout) :: monitor !! hears of it
-    logical, intent(out) :: thrown !! it has
-
-    thrown = .false.
-    if (progress%outcome /= outcome_converged) return
-    thrown = has_thrown(model, system)
-    if (thrown) then
-      call monitor%detail('  bodies have separated from contact, which has no force left on '// &
-        'them: not taken for the solution')
-      return
-    end if
-    thrown = has_turned(model, system)
-    if (thrown) call monitor%detail('  a body has rotated beyond the limit of small strain: '// &
-      'not taken for the solution')
-  end subroutine look_for_thrown
-
-  !> What has converged with a slave that has gone through a master is no solution; nor where bodies
-  !! have been thrown out of contact, or turned too far.
-  subroutine look_for_strays(model, system, progress)
-    type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
-    type(system_t), intent(in) :: system !! converged
-    type(newton_t), intent(inout) :: progress !! gets outcome
-    integer :: k
-
-    if (has_thrown(model, system)) progress%outcome = outcome_thrown
-    if (has_turned(model, system)) progress%outcome = outcome_turned
-    do k = 1, size(model%pairs)
-      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
-        progress%outcome = outcome_through
-    end do
-  end subroutine look_for_strays
 
   !> Says once that a segmented pair has fewer points than its cells want.
   subroutine tell_crowded(model, monitor)

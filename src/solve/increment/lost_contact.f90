@@ -4,13 +4,18 @@ module lost_contact
   use kinds, only: wp, pi
   use elmlib, only: routine_none
   use model_types, only: model_t
+  use contact_entries, only: has_gone_through
   use force_scales, only: force_scale
   use rigid_bodies, only: is_carried
   use body_measures, only: rigid_turns, has_small_strain, farthest_turn
-  use system_types, only: system_t
+  use monitors, only: monitor_t
+  use newton_progress, only: newton_t, outcome_converged, outcome_through, outcome_turned, &
+    outcome_thrown
+  use system_types, only: form_t, system_t
+  use system_parts, only: bodies_t, rigid_part_t
   implicit none
   private
-  public :: has_thrown, has_turned, find_turned
+  public :: has_thrown, find_turned, look_for_thrown, look_for_strays
 
   !> Contact forces on a body below this share of its loads, or of the forces of the increment if it
   !! has none, are none.
@@ -37,16 +42,17 @@ contains
     call find_free(system, free)
     if (.not. any(free)) return
     call find_ways(model, system, way, others)
-    call find_others(model, system, free, way, others)
+    call find_others(model, system%body, free, way, others)
     thrown = any(free .and. way > max(gone_along*others, off_share*system%scale%facet_size))
   end function has_thrown
 
   !> A body of small strain that supports do not hold has turned farther than a linear theory can
   !! mean, most of it in this increment; 0 if there is none. Its forces are no solution, whatever
   !! they balance: another start, or a shorter increment, may lead to one.
-  subroutine find_turned(model, system, body, angle)
+  subroutine find_turned(model, system, form, body, angle)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
+    type(form_t), intent(in) :: form !! its kind
     integer, intent(out) :: body !! the body
     real(wp), intent(out) :: angle !! how far it has turned in all [degree]
     real(wp), dimension(3, system%body%bodies) :: turn, since
@@ -57,7 +63,7 @@ contains
     angle = 0.0_wp
     if (.not. any(system%body%floating)) return
     known = .true.
-    if (associated(system%form%placed_nodes)) call system%form%placed_nodes(system, known)
+    if (associated(form%kind%placed_nodes)) call form%kind%placed_nodes(form, known)
     call rigid_turns(model%mesh%x, system%u, model%mesh%x + system%u - system%position%x_old, &
       system%body%node_body, known, turn, since)
     if (all(norm2(turn, 1) <= sin(farthest_turn))) return
@@ -73,13 +79,14 @@ contains
   end subroutine find_turned
 
   !> There is such a body.
-  logical function has_turned(model, system)
+  logical function has_turned(model, system, form)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
+    type(form_t), intent(in) :: form !! its kind
     real(wp) :: angle
     integer :: body
 
-    call find_turned(model, system, body, angle)
+    call find_turned(model, system, form, body, angle)
     has_turned = body > 0
   end function has_turned
 
@@ -98,7 +105,7 @@ contains
         load(b) = load(b) + norm2(system%loads%external(:, i))
       end associate
     end do
-    where (load <= 0.0_wp) load = force_scale(system)
+    where (load <= 0.0_wp) load = force_scale(system%scale)
     free(0) = .false.
     free(1:) = system%body%floating .and. force(1:) <= no_force*load(1:)
   end subroutine find_free
@@ -126,32 +133,32 @@ contains
       associate (b => system%body%node_body(i))
         move = model%mesh%x(:, i) + system%u(:, i) - system%position%x_old(:, i)
         way(b) = max(way(b), norm2(move))
-        if (.not. is_loose(system, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
+        if (.not. is_loose(system%tools, i)) given(b) = max(given(b), norm2(merge(move, 0.0_wp, &
           system%equation(:, i) == 0)))
       end associate
     end do
   end subroutine find_ways
 
   !> The node goes along with a rigid body that is free in all its motions: nothing prescribes it.
-  pure logical function is_loose(system, node) result(loose)
-    type(system_t), intent(in) :: system !! rigid bodies
+  pure logical function is_loose(tools, node) result(loose)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: node !! the node
 
-    loose = is_carried(system, node)
-    if (loose) loose = size(system%tools%rigid(system%tools%carried_by(node))%unknown) == 6
+    loose = is_carried(tools, node)
+    if (loose) loose = size(tools%rigid(tools%carried_by(node))%unknown) == 6
   end function is_loose
 
   !> How far what pairs join a floating body with has gone: neighbours, and across floating ones
   !! theirs. Bodies that nothing acts on may have flown themselves: what is prescribed of them
   !! counts alone.
-  pure subroutine find_others(model, system, free, way, others)
+  pure subroutine find_others(model, body, free, way, others)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! bodies
+    type(bodies_t), intent(in) :: body !! bodies
     logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
     real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
     real(wp), intent(inout) :: others(0:) !! (0:bodies) in: prescribed ways; out: the farthest of
     !! these and of the ways of the others [length]
-    real(wp) :: before(0:system%body%bodies)
+    real(wp) :: before(0:body%bodies)
     integer :: k
 
     before = -1.0_wp
@@ -160,16 +167,16 @@ contains
       do k = 1, size(model%pairs)
         associate (slaves => model%pairs(k)%points%point_nodes(1, :), &
           masters => model%pairs(k)%surface%facets(1, :))
-          call pass_on(system, free, way, masters, slaves, others)
-          call pass_on(system, free, way, slaves, masters, others)
+          call pass_on(body, free, way, masters, slaves, others)
+          call pass_on(body, free, way, slaves, masters, others)
         end associate
       end do
     end do
   end subroutine find_others
 
   !> The farthest way at one side of a pair, told to the bodies at the other.
-  pure subroutine pass_on(system, free, way, from, to, others)
-    type(system_t), intent(in) :: system !! bodies
+  pure subroutine pass_on(body, free, way, from, to, others)
+    type(bodies_t), intent(in) :: body !! bodies
     logical, intent(in) :: free(0:) !! (0:bodies) nothing acts on it
     real(wp), intent(in) :: way(0:) !! (0:bodies) of each [length]
     integer, intent(in) :: from(:), to(:) !! nodes of the two sides
@@ -179,16 +186,56 @@ contains
 
     farthest = 0.0_wp
     do i = 1, size(from)
-      associate (b => system%body%node_body(from(i)))
+      associate (b => body%node_body(from(i)))
         if (.not. free(b)) farthest = max(farthest, way(b))
         if (b == 0) cycle
-        if (system%body%floating(b)) farthest = max(farthest, others(b))
+        if (body%floating(b)) farthest = max(farthest, others(b))
       end associate
     end do
     do i = 1, size(to)
-      associate (b => system%body%node_body(to(i)))
+      associate (b => body%node_body(to(i)))
         others(b) = max(others(b), farthest)
       end associate
     end do
   end subroutine pass_on
+
+  !> Says it where what has converged has thrown bodies out of contact, or turned them farther than
+  !! small strain can mean: the next start may lead elsewhere.
+  subroutine look_for_thrown(model, system, form, progress, monitor, thrown)
+    type(model_t), intent(in) :: model !! pairs
+    type(system_t), intent(in) :: system !! the last iterate
+    type(form_t), intent(in) :: form !! its kind
+    type(newton_t), intent(in) :: progress !! how it ended
+    class(monitor_t), intent(inout) :: monitor !! hears of it
+    logical, intent(out) :: thrown !! it has
+
+    thrown = .false.
+    if (progress%outcome /= outcome_converged) return
+    thrown = has_thrown(model, system)
+    if (thrown) then
+      call monitor%detail('  bodies have separated from contact, which has no force left on '// &
+        'them: not taken for the solution')
+      return
+    end if
+    thrown = has_turned(model, system, form)
+    if (thrown) call monitor%detail('  a body has rotated beyond the limit of small strain: '// &
+      'not taken for the solution')
+  end subroutine look_for_thrown
+
+  !> What has converged with a slave that has gone through a master is no solution; nor where bodies
+  !! have been thrown out of contact, or turned too far.
+  subroutine look_for_strays(model, system, form, progress)
+    type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
+    type(system_t), intent(in) :: system !! converged
+    type(form_t), intent(in) :: form !! its kind
+    type(newton_t), intent(inout) :: progress !! gets outcome
+    integer :: k
+
+    if (has_thrown(model, system)) progress%outcome = outcome_thrown
+    if (has_turned(model, system, form)) progress%outcome = outcome_turned
+    do k = 1, size(model%pairs)
+      if (has_gone_through(model%pairs(k), system%position%x_old, model%mesh%x + system%u)) &
+        progress%outcome = outcome_through
+    end do
+  end subroutine look_for_strays
 end module lost_contact

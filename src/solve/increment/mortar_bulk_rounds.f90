@@ -19,7 +19,8 @@ module mortar_bulk_rounds
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: follow_bulk
@@ -28,9 +29,10 @@ contains
 
   !> Rounds of a bulk that is not linear, steps of Newton's method at present weights, until bulk
   !! and law are in balance with these.
-  subroutine follow_bulk(model, system, waits, time, settings, monitor, progress)
+  subroutine follow_bulk(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -46,19 +48,19 @@ contains
     still = .false.
     allocate (stiff(0))
     cut_at = system%position%x_ahead
-    system%form%near = .false.
-    call return_bulk(model%mesh%x, system)
-    call form_bulk_force(model%mesh%x, system)
+    form%kind%near = .false.
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
+    call form_bulk_force(model%mesh%x, system, form%whole)
     call load_contact(model, system)
-    call couple_condensed(system)
+    call couple_condensed(system, form)
     do round = 1, most_rounds
       progress%outcome = outcome_restless
       call weigh_all(model, system, waits)
-      call take_gaps(model, system, stiff, unknowns)
+      call take_gaps(model, system, form, stiff, unknowns)
       associate (z => local_forces(model, unknowns))
-        call spread_forces(model, system)
-        call system%form%gather(system, 0.0_wp, .false.)
-        balanced = is_in_balance(system, model%mesh%x, wanted_share(settings))
+        call spread_forces(model, system, form)
+        call form%kind%gather(system, form, 0.0_wp, .false.)
+        balanced = is_in_balance(system, form, model%mesh%x, wanted_share(settings))
         balanced = balanced .and. round > 1 .and. changes == 0
         ! forces that no step changes any more are as good as they get
         if (balanced .and. .not. still) balanced = what_law_lacks(unknowns, z) <= max(law_share &
@@ -67,19 +69,21 @@ contains
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call solve_bulk_round(model, system, time, unknowns%gap, stiff, still, monitor, progress)
+      call solve_bulk_round(model, system, form, time, unknowns%gap, stiff, still, monitor, &
+        progress)
       if (progress%outcome /= outcome_restless) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
-      call cut_moved(model, system, settings, cut_at, changes)
+      call cut_moved(model, system, form, settings, cut_at, changes)
     end do
     if (progress%outcome == outcome_converged) call show_all(model, system%contact, system%place)
   end subroutine follow_bulk
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
-  subroutine solve_bulk_round(model, system, time, gap, stiff, still, monitor, progress)
+  subroutine solve_bulk_round(model, system, form, time, gap, stiff, still, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: time !! end of the increment
     real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
     real(wp), allocatable, intent(inout) :: stiff(:) !! (n) gets compliance along supported axes
@@ -93,13 +97,13 @@ contains
     real(wp) :: share
 
     still = .false.
-    call linearise_bulk(system, model%mesh%x, outcome)
+    call linearise_bulk(system, form, model%mesh%x, outcome)
     if (outcome /= solver_done) progress%outcome = outcome_stalled
     if (outcome /= solver_done) return
-    call build_mortar(model, system, unknowns)
+    call build_mortar(model, system, form, unknowns)
     stiff = unknowns%stiff
-    associate (z => local_forces(model, unknowns), alpha => system%condensed%rigid%alpha)
-      if (system%condensed%refusals == 0) then
+    associate (z => local_forces(model, unknowns), alpha => form%condensed%rigid%alpha)
+      if (form%condensed%refusals == 0) then
         call solve_multipliers(unknowns, z, alpha, factor, result)
       else
         ! what a compliance that is not definite makes of z alone says nothing of status
@@ -109,13 +113,13 @@ contains
     still = result%steps + result%repeated == 0
     call take_result(model, unknowns, result, progress, system%costs)
     if (progress%outcome /= outcome_converged) return
-    call spread_forces(model, system)
-    system%condensed%rigid%alpha = result%motion
-    call move_bulk(system, model%mesh%x, share)
+    call spread_forces(model, system, form)
+    form%condensed%rigid%alpha = result%motion
+    call move_bulk(system, form, model%mesh%x, share)
     system%position%x_now = model%mesh%x + system%u
     if (allocated(system%contact%reached)) deallocate (system%contact%reached)
     progress%outcome = merge(outcome_restless, outcome_inverted, share > 0.0_wp)
-    result%left = residual_norm(system)
+    result%left = residual_norm(system, form)
     call tell(time, result, progress, monitor)
   end subroutine solve_bulk_round
 end module mortar_bulk_rounds

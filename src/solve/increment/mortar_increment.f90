@@ -18,13 +18,14 @@ module mortar_increment
   use force_scales, only: force_scale
   use costs, only: begin_cost, end_cost, cost_node_compliance
   use rigid_bodies, only: return_rigid, move_rigid
-  use touch_path, only: touch_none, touch_waits
+  use touch_types, only: touch_none, touch_waits
   use newton_progress, only: newton_t, outcome_converged, outcome_restless, outcome_stopped, &
     outcome_memory
   use signals, only: stop_requested
   use parallel, only: any_rank
   use monitors, only: monitor_t
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: solve_mortar
@@ -37,9 +38,10 @@ module mortar_increment
 contains
 
   !> Solves for the state at `time`; nothing is accepted here.
-  subroutine solve_mortar(model, system, state, time, settings, monitor, progress)
+  subroutine solve_mortar(model, system, form, state, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u is the new state on success
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
@@ -48,12 +50,12 @@ contains
     logical :: waits, touched, foretold
     integer :: changes, k
 
-    if (.not. (system%condensed%active .or. system%condensed%preconditions)) then
+    if (.not. (form%condensed%active .or. form%condensed%preconditions)) then
       progress%outcome = outcome_memory
       return
     end if
     call begin_at(model, system, state, time)
-    call prepare_start(model, system, state, time, foretold)
+    call prepare_start(model, system, form, state, time, foretold)
     ! a body that contact alone holds may need the friction of its new nodes
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
     system%touch%stage = touch_none
@@ -69,20 +71,21 @@ contains
       model%pairs(k)%history%raise = 1.0_wp
     end do
     call move_targets(model, system, 0.0_wp, changes)
-    if (system%bulk%linear) call restore_forces(system%condensed)
-    if (system%bulk%linear .and. system%condensed%rigid%modes > 0) call find_defects(system)
-    call follow(model, system, waits, time, settings, monitor, progress)
+    if (system%bulk%linear) call restore_forces(form%condensed)
+    if (system%bulk%linear .and. form%condensed%rigid%modes > 0) call find_defects(system, form)
+    call follow(model, system, form, waits, time, settings, monitor, progress)
     if (.not. waits .or. progress%outcome /= outcome_converged) return
     call find_touched(model, system, touched)
     if (.not. touched) return
     call monitor%detail('  slave nodes have touched first in this increment: friction from there')
-    call follow(model, system, .false., time, settings, monitor, progress)
+    call follow(model, system, form, .false., time, settings, monitor, progress)
   end subroutine solve_mortar
 
   !> Rounds of either kind of bulk.
-  subroutine follow(model, system, waits, time, settings, monitor, progress)
+  subroutine follow(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -90,17 +93,18 @@ contains
     type(newton_t), intent(inout) :: progress !! how it ended
 
     if (system%bulk%linear) then
-      call follow_anchored(model, system, waits, time, settings, monitor, progress)
+      call follow_anchored(model, system, form, waits, time, settings, monitor, progress)
     else
-      call follow_bulk(model, system, waits, time, settings, monitor, progress)
+      call follow_bulk(model, system, form, waits, time, settings, monitor, progress)
     end if
   end subroutine follow
 
   !> Rounds until forces, gaps and weights fit each other. The compliance of the multipliers and its
   !! factors serve as long as rounds get on with them: all else is true at each place.
-  subroutine follow_anchored(model, system, waits, time, settings, monitor, progress)
+  subroutine follow_anchored(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -115,14 +119,14 @@ contains
     before = huge(before)
     earlier = before
     cut_at = system%position%x_ahead
-    call foretell(model, system, waits)
-    call cut_moved(model, system, settings, cut_at, changes)
+    call foretell(model, system, form, waits)
+    call cut_moved(model, system, form, settings, cut_at, changes)
     do round = 1, most_rounds
       progress%outcome = outcome_restless
       call weigh_all(model, system, waits, same)
       same = same .and. round > 1
       if (same) then
-        call return_to_balance(model, system, settings, unknowns, left, allowed)
+        call return_to_balance(model, system, form, settings, unknowns, left, allowed)
         if (left <= allowed) then
           progress%outcome = outcome_converged
           call show_all(model, system%contact, system%place)
@@ -135,15 +139,15 @@ contains
       end if
       if (.not. same) then
         call begin_cost(system%costs, cost_node_compliance)
-        call build_mortar(model, system, unknowns)
+        call build_mortar(model, system, form, unknowns)
         call end_cost(system%costs, cost_node_compliance)
         call forget_factor(factor)
       end if
-      call solve_anchored(model, system, time, unknowns, factor, monitor, progress)
+      call solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
       if (progress%outcome /= outcome_converged) return
       if (any_rank(stop_requested())) progress%outcome = outcome_stopped
       if (progress%outcome == outcome_stopped) return
-      call cut_moved(model, system, settings, cut_at, changes)
+      call cut_moved(model, system, form, settings, cut_at, changes)
     end do
     progress%outcome = outcome_restless
     call monitor%warning('the weights of multipliers do not settle')
@@ -151,26 +155,28 @@ contains
 
   !> Where the forces of the last state put the bodies if they act by the weights at the place that
   !! is foretold: on a body that slides they go along.
-  subroutine foretell(model, system, waits)
+  subroutine foretell(model, system, form, waits)
     type(model_t), intent(inout) :: model !! pairs: multipliers
     type(system_t), intent(inout) :: system !! u: the predictor's; follows the forces
+    type(form_t), intent(inout) :: form !! goes with the iterate
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     integer :: k
 
     call load_contact(model, system)
-    call couple_condensed(system)
+    call couple_condensed(system, form)
     ! under new loads old forces put bodies that contact holds anywhere
-    if (system%condensed%rigid%modes + system%tools%border%n > 0) return
+    if (form%condensed%rigid%modes + system%tools%unknowns > 0) return
     call weigh_all(model, system, waits)
     if (any([(any(abs(model%pairs(k)%nodes%force) > 0.0_wp), k=1, size(model%pairs))])) &
-      call move_bodies(model, system)
+      call move_bodies(model, system, form)
   end subroutine foretell
 
   !> Forces of the round before act by the present weights: what nodes lacked without that, and what
   !! the law lacks then.
-  subroutine return_to_balance(model, system, settings, unknowns, left, allowed)
+  subroutine return_to_balance(model, system, form, settings, unknowns, left, allowed)
     type(model_t), intent(in) :: model !! pairs with forces of the multipliers
     type(system_t), intent(inout) :: system !! u, contact_force of the round before; gets new ones
+    type(form_t), intent(inout) :: form !! gets condensed
     type(settings_t), intent(in) :: settings !! tolerances
     type(mortar_system_t), intent(inout) :: unknowns !! gets the present rows and gaps
     real(wp), intent(out) :: left !! norm of what they lack [force]
@@ -179,32 +185,33 @@ contains
 
     before = system%contact_force
     call join_rows(model, unknowns)
-    call move_bodies(model, system)
-    call anchor_mortar(model, system, unknowns)
+    call move_bodies(model, system, form)
+    call anchor_mortar(model, system, form, unknowns)
     left = norm2([norm2(system%contact_force - before), what_is_left(unknowns, &
-      local_forces(model, unknowns), motions_of(system))])
+      local_forces(model, unknowns), motions_of(system, form))])
     allowed = max(max(settings%asked(tol_residual), law_share*sqrt(settings%asked(tol_energy))) &
-      *max(norm2(before), force_scale(system)), &
-      round_off(unknowns))
+      *max(norm2(before), force_scale(system%scale)), round_off(unknowns))
   end subroutine return_to_balance
 
   !> Moves the bodies to where forces of the multipliers, loads and rigid motions put them.
-  subroutine move_bodies(model, system)
+  subroutine move_bodies(model, system, form)
     type(model_t), intent(in) :: model !! reference positions, forces
     type(system_t), intent(inout) :: system !! gets forces of contact, u, x_now
+    type(form_t), intent(inout) :: form !! gets condensed
 
-    call spread_forces(model, system)
-    system%condensed%rigid%imbalance = 0.0_wp
-    system%condensed%bulk%defect = 0.0_wp
-    call place_candidates(system)
+    call spread_forces(model, system, form)
+    form%condensed%rigid%imbalance = 0.0_wp
+    form%condensed%bulk%defect = 0.0_wp
+    call place_candidates(form%condensed, spread(.true., 1, form%condensed%n), system%u)
     system%position%x_now = model%mesh%x + system%u
     if (allocated(system%contact%reached)) deallocate (system%contact%reached)
   end subroutine move_bodies
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_anchored(model, system, time, unknowns, factor, monitor, progress)
+  subroutine solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
+    type(form_t), intent(inout) :: form !! gets condensed, solution, trial
     real(wp), intent(in) :: time !! end of the increment
     type(mortar_system_t), intent(in) :: unknowns !! the system of the multipliers
     type(mortar_factor_t), intent(inout) :: factor !! of its matrix
@@ -212,7 +219,7 @@ contains
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_result_t) :: result
 
-    associate (z => local_forces(model, unknowns), alpha => motions_of(system))
+    associate (z => local_forces(model, unknowns), alpha => motions_of(system, form))
       if (size(alpha) > 0 .and. all(abs(z) <= 0.0_wp)) then
         ! what the loads alone make of bodies that contact holds says nothing of status
         call solve_multipliers(unknowns, z, alpha, factor, result, unknowns%near)
@@ -221,21 +228,23 @@ contains
       end if
     end associate
     call take_result(model, unknowns, result, progress, system%costs)
-    associate (modes => system%condensed%rigid%modes)
-      system%condensed%rigid%alpha = result%motion(:modes)
-      if (system%tools%border%n > 0) call move_rigid(system, result%motion(modes + 1:))
+    associate (modes => form%condensed%rigid%modes)
+      form%condensed%rigid%alpha = result%motion(:modes)
+      if (system%tools%unknowns > 0) call move_rigid(system%equations, system%u, system%tools, &
+        form, result%motion(modes + 1:))
     end associate
-    call move_bodies(model, system)
+    call move_bodies(model, system, form)
     if (result%steps > 0) call tell(time, result, progress, monitor)
   end subroutine solve_anchored
 
   !> Rigid motions so far: of bodies that deform, and of rigid bodies with a point from where they
   !! are.
-  pure function motions_of(system) result(motion)
+  pure function motions_of(system, form) result(motion)
     type(system_t), intent(in) :: system !! motions of the condensed form
-    real(wp) :: motion(system%condensed%rigid%modes + system%tools%border%n)
+    type(form_t), intent(in) :: form !! condensed
+    real(wp) :: motion(form%condensed%rigid%modes + system%tools%unknowns)
 
     motion = 0.0_wp
-    motion(:system%condensed%rigid%modes) = system%condensed%rigid%alpha
+    motion(:form%condensed%rigid%modes) = form%condensed%rigid%alpha
   end function motions_of
 end module mortar_increment

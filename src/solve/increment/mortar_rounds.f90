@@ -16,7 +16,8 @@ module mortar_rounds
     cost_modified_newton
   use newton_progress, only: newton_t, outcome_converged, outcome_stalled, outcome_singular
   use monitors, only: monitor_t, iteration_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
   use system_parts, only: contact_places_t
   implicit none
@@ -73,9 +74,10 @@ contains
   end function are_same
 
   !> Cuts facets anew where nodes have moved so far that it matters.
-  subroutine cut_moved(model, system, settings, cut_at, changes)
+  subroutine cut_moved(model, system, form, settings, cut_at, changes)
     type(model_t), intent(inout) :: model !! pairs: cells
     type(system_t), intent(inout) :: system !! contact elements follow
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     real(wp), intent(inout) :: cut_at(:, :) !! (3, nodes) positions at the last cut [length]
     integer, intent(out) :: changes !! points of facets that have been cut
@@ -86,7 +88,7 @@ contains
     cut_at = system%position%x_now
     if (changes == 0) return
     call load_contact(model, system)
-    call couple_condensed(system)
+    call couple_condensed(system, form)
   end subroutine cut_moved
 
   !> Hands forces and status to the multipliers of the pairs, and says how the solve ended.

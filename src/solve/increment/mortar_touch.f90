@@ -40,7 +40,7 @@ contains
     if (.not. touched) return
     call count_cost(system%costs, cost_touch, 1)
     system%touch%x_end = system%position%x_now
-    call find_free_way(model, system)
+    call find_free_way(model, system%equation, system%touch, system%body, system%position)
     do k = 1, size(model%pairs)
       ! cells that facets have left without friction do not bind
       call forget_moves(model%pairs(k))

@@ -10,7 +10,8 @@ module multiplier_updates
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: solve_from_start, rest_then_along, come_along
@@ -19,9 +20,10 @@ contains
 
   !> Multipliers rest until it is known which points stick, slip and are open, or with damping until
   !! bodies lie still; then they come along, and nothing is dragged.
-  subroutine rest_then_along(model, system, time, settings, monitor, progress, rested)
+  subroutine rest_then_along(model, system, form, time, settings, monitor, progress, rested)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -31,19 +33,20 @@ contains
 
     now = settings
     now%coarsely = system%body%first_damping <= 0.0_wp
-    call solve_with_targets(model, system, time, now, monitor, progress)
+    call solve_with_targets(model, system, form, time, now, monitor, progress)
     rested = progress%outcome == outcome_converged
     if (.not. rested) return
-    if (system%body%first_damping > 0.0_wp) call let_free(system)
+    if (system%body%first_damping > 0.0_wp) call let_free(system%body, form)
     now = settings
     now%most_solves = progress%solves + settings%most_solves
-    call come_along(model, system, time, now, monitor, progress)
+    call come_along(model, system, form, time, now, monitor, progress)
   end subroutine rest_then_along
 
   !> Multipliers come along with Newton's iteration.
-  subroutine come_along(model, system, time, settings, monitor, progress)
+  subroutine come_along(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -55,14 +58,15 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%history%raise = raise_along(model%pairs(k))
     end do
-    call solve_from_start(model, system, time, settings, monitor, progress)
+    call solve_from_start(model, system, form, time, settings, monitor, progress)
     system%motion%active = .false.
   end subroutine come_along
 
   !> Solves with fixed multipliers, and with better ones until the gaps are closed.
-  subroutine solve_from_start(model, system, time, settings, monitor, progress)
+  subroutine solve_from_start(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -70,10 +74,10 @@ contains
     type(augmentation_t) :: augmentation
     type(settings_t) :: budget
 
-    call solve_with_targets(model, system, time, settings, monitor, progress)
+    call solve_with_targets(model, system, form, time, settings, monitor, progress)
     if (.not. any(shifts_gap(model%pairs))) return
     if (system%motion%active .and. progress%outcome == outcome_converged) then
-      call follow_freely(model, system, time, settings, monitor, progress)
+      call follow_freely(model, system, form, time, settings, monitor, progress)
     end if
     budget = settings
     augmentation%gentle = system%body%first_damping > 0.0_wp
@@ -88,15 +92,16 @@ contains
       call update_multipliers(model, system, augmentation, monitor)
       progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves
-      call solve_with_targets(model, system, time, budget, monitor, progress)
+      call solve_with_targets(model, system, form, time, budget, monitor, progress)
     end do
   end subroutine solve_from_start
 
   !> Targets chosen far from the solution may be left again for those that points come from: if any
   !! is, the increment is solved on.
-  subroutine follow_freely(model, system, time, settings, monitor, progress)
+  subroutine follow_freely(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! converged
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -108,10 +113,10 @@ contains
     do k = 1, size(model%pairs)
       if (shifts_gap(model%pairs(k))) call forget_moves(model%pairs(k))
     end do
-    call follow_solution(model, system, settings, monitor, progress, settled)
+    call follow_solution(model, system, form, settings, monitor, progress, settled)
     if (settled) return
     budget = settings
     budget%most_solves = progress%solves + settings%most_solves
-    call solve_with_targets(model, system, time, budget, monitor, progress)
+    call solve_with_targets(model, system, form, time, budget, monitor, progress)
   end subroutine follow_freely
 end module multiplier_updates

@@ -5,13 +5,15 @@ module soft_penalties
   use solution_settings, only: tol_energy
   use friction_return, only: has_friction
   use model_types, only: model_t
-  use increment_start, only: start_here, leave_bodies
+  use increment_start, only: start_here
+  use predictor, only: leave_bodies
   use target_passes, only: solve_with_targets
   use contact_parameters, only: shifts_gap
-  use expected_status, only: forget_expected
+  use point_status, only: forget_expected
   use newton, only: newton_t, outcome_converged
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: may_soften, solve_from_soft
@@ -40,9 +42,10 @@ contains
 
   !> Solves from where the bodies were with soft penalties, then with ever stiffer ones from the
   !! state before, the last time with those of the deck.
-  subroutine solve_from_soft(model, system, time, settings, monitor, progress)
+  subroutine solve_from_soft(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! left given; out: the last iterate
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of it
@@ -50,8 +53,8 @@ contains
     type(settings_t) :: now
     real(wp) :: norm
 
-    call leave_bodies(system)
-    call start_here(model, system, norm)
+    call leave_bodies(system%u, system%position, system%tools)
+    call start_here(model, system, form, norm)
     call forget_expected(system%contact)
     model%pairs%history%raise = min(1.0_wp, softest/max(model%pairs%points%relative, softest))
     do
@@ -60,7 +63,7 @@ contains
         settings%asked(tol_energy))
       system%place%begun = .false.
       progress = newton_t()
-      call solve_with_targets(model, system, time, now, monitor, progress)
+      call solve_with_targets(model, system, form, time, now, monitor, progress)
       if (progress%outcome /= outcome_converged) exit
       if (all(model%pairs%history%raise >= 1.0_wp)) exit
       model%pairs%history%raise = min(1.0_wp, stiffening*model%pairs%history%raise)

@@ -7,7 +7,7 @@ module target_passes
   use first_touch, only: find_touches
   use softening, only: find_softening
   use touch_bodies, only: some_drift
-  use touch_path, only: touch_waits
+  use touch_types, only: touch_waits
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
     outcome_restless, outcome_step_done, is_converged
@@ -15,7 +15,8 @@ module target_passes
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
   use monitors, only: monitor_t
-  use system_types, only: system_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t
   use text, only: to_text, count_noun
   implicit none
   private
@@ -25,9 +26,10 @@ contains
 
   !> Solves with frozen targets until the targets stay and smooth surfaces have their shape
   !! (doc/theory, "Surface smoothing").
-  subroutine solve_with_targets(model, system, time, given, monitor, progress)
+  subroutine solve_with_targets(model, system, form, time, given, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: given !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
@@ -40,15 +42,15 @@ contains
     pass = 0
     do while (pass < settings%most_passes)
       if (.not. system%place%begun) call load_contact(model, system)
-      if (.not. (system%place%begun .and. system%place%coupled)) call system%form%couple(system)
-      call solve_frozen(model, system, time, settings, monitor, progress)
+      if (.not. (system%place%begun .and. system%place%coupled)) call form%kind%couple(system, form)
+      call solve_frozen(model, system, form, time, settings, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_step_done) then
-        call follow_solution(model, system, settings, monitor, progress, settled)
+        call follow_solution(model, system, form, settings, monitor, progress, settled)
         cycle
       end if
       if (progress%outcome /= outcome_converged .or. size(model%pairs) == 0) return
-      call follow_solution(model, system, settings, monitor, progress, settled)
+      call follow_solution(model, system, form, settings, monitor, progress, settled)
       pass = pass + 1
       if (.not. settled) cycle
       if (given%coarsely) return
@@ -58,7 +60,7 @@ contains
       end if
       call settle_touches(model, system, monitor, settled)
       if (settled) return
-      call start_rubbing(model, system, settings)
+      call start_rubbing(model, system, form, settings)
       pass = 0
       settings%most_solves = progress%solves + given%most_solves
     end do
@@ -67,22 +69,23 @@ contains
   end subroutine solve_with_targets
 
   !> After a solve: smooth surfaces take the shape of their facets, and targets follow the apexes.
-  subroutine follow_solution(model, system, settings, monitor, progress, settled)
+  subroutine follow_solution(model, system, form, settings, monitor, progress, settled)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
     type(system_t), intent(inout) :: system !! converged with the targets and patches so far
+    type(form_t), intent(inout) :: form !! condensed, its kind
     type(settings_t), intent(in) :: settings !! tolerances, and how far an apex may lie outside
     class(monitor_t), intent(inout) :: monitor !! hears of changes
     type(newton_t), intent(in) :: progress !! how far the solve has come
     logical, intent(out) :: settled !! it has converged with these targets and patches, too
     integer :: changes
 
-    if (associated(system%form%refresh)) call system%form%refresh(system)
-    if (has_flown(model, system)) call system%form%recover(system)
+    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
+    if (has_flown(model, system, form)) call form%kind%recover(system, form)
     system%position%x_now = model%mesh%x + system%u
     settled = .true.
     if (any(model%pairs%smooth)) then
-      call follow_shape(model, system)
-      settled = is_converged(system, settings, progress)
+      call follow_shape(model, system, form)
+      settled = is_converged(system, form, settings, progress)
     end if
     if (.not. settled .and. progress%outcome == outcome_converged) then
       ! apexes that change their facets are carried with the shape: it has to settle first

@@ -19,7 +19,9 @@ module stepping
   use solver_choice, only: decline_condensed, retry_condensed
   use free_bodies, only: tell_free_bodies
   use signals, only: stop_exit_code
-  use system_types, only: system_t, state_t, settings_t
+  use newton_settings, only: settings_t
+  use system_types, only: form_t, system_t, state_t
+  use system_parts, only: whole_form_t
   implicit none
   private
   public :: advance, raise_outcome
@@ -34,9 +36,10 @@ contains
 
   !> Solves from the state's time to `end_time`, in one increment (or settings%parts) if that
   !! converges.
-  subroutine advance(model, system, state, end_time, settings, monitor, error)
+  subroutine advance(model, system, form, state, end_time, settings, monitor, error)
     type(model_t), intent(inout) :: model !! history of its pairs
     type(system_t), intent(inout) :: system !! the system
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(inout) :: state !! last converged state
     real(wp), intent(in) :: end_time !! where to arrive
     type(settings_t), intent(in) :: settings !! tolerances
@@ -48,7 +51,7 @@ contains
     logical :: hopeless, flies
     real(wp) :: begin, time
 
-    call retry_condensed(system%whole)
+    call retry_condensed(form%whole)
     begin = state%time
     done = 0
     longest = finest_division/settings%parts
@@ -60,10 +63,10 @@ contains
       end do
       time = begin + (end_time - begin)*(real(done + part, wp)/real(finest_division, wp))
       if (done + part == finest_division) time = end_time
-      call solve_increment(model, system, state, time, settings, monitor, progress)
+      call solve_increment(model, system, form, state, time, settings, monitor, progress)
       if (progress%outcome == outcome_converged) then
-        call monitor%accepted(model, system, state)
-        call tell_free_bodies(model, system, monitor)
+        call monitor%accepted(model, system, form, state)
+        call tell_free_bodies(model, system, form, monitor)
         done = done + part
         if (done < finest_division .and. mod(done, 2*part) == 0) part = min(2*part, longest)
         cycle
@@ -71,11 +74,12 @@ contains
       hopeless = part <= least
       if (.not. hopeless) hopeless = is_final(progress%outcome, model, system, time)
       if (hopeless) then
-        call raise_outcome(model, system, state, progress, time, part <= least, error, end_time)
+        call raise_outcome(model, system, form, state, progress, time, part <= least, error, &
+          end_time)
         if (state%whole) &
-          call try_otherwise(model, system, progress, time, monitor, first, error, flies)
+          call try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
         if (allocated(error)) return
-        call begin_whole(system, done, flies, part, least)
+        call begin_whole(system%equations, done, flies, part, least)
         part = min(part, longest)
         cycle
       end if
@@ -95,9 +99,10 @@ contains
 
   !> Once more with the whole system, where REDUced has failed and AUTO may choose the solver
   !! (doc/theory, "Choice of the solver"). A factor that the memory does not hold is no news then.
-  subroutine try_otherwise(model, system, progress, time, monitor, first, error, flies)
+  subroutine try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(inout) :: system !! the system at the failed iterate
+    type(form_t), intent(inout) :: form !! gets matrix
     type(newton_t), intent(in) :: progress !! how the solve ended
     real(wp), intent(in) :: time !! the time that was tried
     class(monitor_t), intent(inout) :: monitor !! hears of it
@@ -122,7 +127,7 @@ contains
     if (.not. flies) then
       if (cannot_rest(model, system, time)) return
     end if
-    call decline_condensed(system, otherwise)
+    call decline_condensed(system%whole_factors, form%whole, otherwise)
     if (.not. otherwise) return
     call move_alloc(error, first)
     system%body%in_vain = 0
@@ -138,8 +143,8 @@ contains
 
   !> The first increment of the whole system: as long as can be, with a body in flight as long as
   !! would have come after the last one that was accepted.
-  pure subroutine begin_whole(system, done, flies, part, least)
-    type(system_t), intent(in) :: system !! equations
+  pure subroutine begin_whole(equations, done, flies, part, least)
+    integer, intent(in) :: equations !! free degrees of freedom
     integer, intent(in) :: done !! parts that are solved
     logical, intent(in) :: flies !! a body is in flight
     integer, intent(out) :: part !! parts of the increment
@@ -152,7 +157,7 @@ contains
     end do
     if (flies) then
       if (done > 0) part = iand(done, -done)
-    else if (system%equations > few_equations) then
+    else if (equations > few_equations) then
       least = max(1, part/finest_whole)
     end if
   end subroutine begin_whole
@@ -216,24 +221,24 @@ contains
   end function reason
 
   !> What is said of a factor that does not fit.
-  function memory_message(system) result(t)
-    type(system_t), intent(in) :: system !! the system with its solver
+  function memory_message(equations, whole) result(t)
+    integer, intent(in) :: equations !! free degrees of freedom
+    type(whole_form_t), intent(in) :: whole !! matrix
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
 
-    t = 'error: out of memory while factorising '//to_text(system%equations)//' equations'
-    if (system%whole%solver%wanted > 0.0_wp) t = &
-      'error: the memory does not hold the factor of '// &
-      to_text(system%equations)//' equations: it takes about '// &
-      memory_text(system%whole%solver%wanted)//', and '//memory_text(system%whole%solver%left)// &
-        ' are left'
+    t = 'error: out of memory while factorising '//to_text(equations)//' equations'
+    if (whole%solver%wanted > 0.0_wp) t = 'error: the memory does not hold the factor of '// &
+      to_text(equations)//' equations: it takes about '// &
+      memory_text(whole%solver%wanted)//', and '//memory_text(whole%solver%left)//' are left'
     t = t//nl//'  use a coarser mesh or a machine with more memory'
   end function memory_message
 
   !> Turns the end of a solve into an error that says what, where, and what to do.
-  subroutine raise_outcome(model, system, state, progress, time, cut, error, goal)
+  subroutine raise_outcome(model, system, form, state, progress, time, cut, error, goal)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
+    type(form_t), intent(in) :: form !! its kind, right, matrix
     type(state_t), intent(in) :: state !! last converged state
     type(newton_t), intent(in) :: progress !! how it ended
     real(wp), intent(in) :: time !! the time that was tried
@@ -245,12 +250,12 @@ contains
 
     select case (progress%outcome)
     case (outcome_memory)
-      call raise(error, exit_resources, memory_message(system))
+      call raise(error, exit_resources, memory_message(system%equations, form%whole))
     case (outcome_stopped)
       call raise(error, stop_exit_code(), 'stopped by a signal at time ' &
         //to_text(state%time, 12)//'; the files end with the last converged increment')
     case default
-      call explain_failure(model, system, progress, time, cut, text, goal)
+      call explain_failure(model, system, form, progress, time, cut, text, goal)
       call raise(error, exit_no_convergence, 'error: '//reason(progress%outcome)//' at time ' &
         //to_text(time, 12)//nl//text//nl//'  everything up to time ' &
         //to_text(state%time, 12)//' is on disk')

@@ -83,8 +83,7 @@ contains
         end if
         closed = pair%history%softened .or. augmentation%gap(k) <= pair%augment_tolerance
         closed = closed .and. augmentation%change(k) <= &
-          max(round_off_factor*system%scale%round_off, &
-          augmentation%force(k)*force_tolerance(pair))
+          max(round_off_factor*system%scale%round_off, augmentation%force(k)*force_tolerance(pair))
         call count_idle(k, augmentation)
         call monitor%detail('  pair '//pair%name//': '//count_noun(augmentation%updates, 'update') &
           //', gap '//to_text(augmentation%gap(k), 3)//' of a facet, force changes by ' &

@@ -10,7 +10,7 @@ module modified_newton
   use multiplier_types, only: shift_multipliers
   use surface_shapes, only: follow_shape
   use model_types, only: model_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: modified_newton_t, follow_modified_newton
@@ -40,10 +40,11 @@ module modified_newton
 contains
 
   !> Goes on with the factor at hand after a full step, while each leads on.
-  subroutine follow_modified_newton(model, system, tolerance, first_energy, energy, wanted, &
+  subroutine follow_modified_newton(model, system, form, tolerance, first_energy, energy, wanted, &
     modified)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
+    type(form_t), intent(inout) :: form !! gets trial
     real(wp), intent(in) :: tolerance !! of the energy
     real(wp), intent(in) :: first_energy !! |R.du| of the first iteration [force length]
     real(wp), intent(in) :: energy !! |R.du| of the step before [force length]
@@ -53,96 +54,94 @@ contains
     integer :: status(system%contact%n)
     logical :: found
 
-    last = system%form%direction_norm(system)
+    last = form%kind%direction_norm(system, form)
     last_work = energy
-    share = merge(strict_contraction, contraction, finds_by_iteration(system) .or. &
+    share = merge(strict_contraction, contraction, finds_by_iteration(form) .or. &
       (any(model%pairs%smooth) .and. .not. modified%bends))
     do while (modified%steps < most_modified)
-      before = residual_norm(system)
+      before = residual_norm(system, form)
       if (before <= 0.0_wp) return
       status = system%contact%status
-      call find_direction_again(model, system, found)
-      length = system%form%direction_norm(system)
+      call find_direction_again(model, system, form, found)
+      length = form%kind%direction_norm(system, form)
       found = found .and. length <= share*last
       if (found) then
-        work = abs(system%form%direction_work(system))
-        call form_trial(system, model%mesh%x, 1.0_wp)
-        after = residual_norm(system)
+        work = abs(form%kind%direction_work(system, form))
+        call form_trial(system, form, model%mesh%x, 1.0_wp)
+        after = residual_norm(system, form)
         modified%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
           all(status == system%contact%status)
         found = (after <= share*before .or. (after <= before .and. modified%settled)) .and. &
           system%inner%inverted == 0
       end if
       if (.not. found) then
-        call stay(model, system)
+        call stay(model, system, form)
         return
       end if
-      if (associated(system%form%note_repeated)) call system%form%note_repeated(system, &
-        after/before)
-      call system%form%take_trial(system, 1.0_wp)
+      if (associated(form%kind%note_repeated)) call form%kind%note_repeated(form, after/before)
+      call form%kind%take_trial(system, form, 1.0_wp)
       if (system%motion%active) call settle_multipliers(system%motion, 1.0_wp)
       modified%steps = modified%steps + 1
       call count_cost(system%costs, cost_modified_newton, 1)
       if (modified%bends) then
-        call follow_shape(model, system)
-        after = residual_norm(system)
+        call follow_shape(model, system, form)
+        after = residual_norm(system, form)
       end if
       modified%energy_met = (work*(work/last_work) <= tolerance**1.5_wp*first_energy .and. &
         .not. (modified%bends .and. after > well_within*wanted)) .or. &
         (work <= tolerance*first_energy .and. after <= well_within*wanted)
-      if (system%form%inexact) modified%energy_met = after <= wanted .and. &
-        (modified%energy_met .or. (work <= tolerance*first_energy .and. &
-         after <= system%scale%round_off))
+      if (form%kind%inexact) modified%energy_met = after <= wanted .and. (modified%energy_met .or. &
+        (work <= tolerance*first_energy .and. after <= system%scale%round_off))
       if (modified%settled .or. modified%energy_met) return
-      if (.not. system%form%iterates_cheaply) then
-        if (is_round_off(system, .true.)) return
+      if (.not. form%kind%iterates_cheaply) then
+        if (is_round_off(system, form, .true.)) return
       end if
-      if (wants_promise(system) .and. after > promising*before) return
+      if (wants_promise(form) .and. after > promising*before) return
       last = length
       last_work = work
     end do
   end subroutine follow_modified_newton
 
   !> A direction with the factor at hand costs about what a new tangent does.
-  pure logical function finds_by_iteration(system) result(iterated)
-    type(system_t), intent(in) :: system !! its form
+  pure logical function finds_by_iteration(form) result(iterated)
+    type(form_t), intent(in) :: form !! its form
 
-    iterated = system%form%inexact
-    if (associated(system%form%repeats_by_iteration)) iterated = &
-      system%form%repeats_by_iteration(system)
+    iterated = form%kind%inexact
+    if (associated(form%kind%repeats_by_iteration)) iterated = form%kind%repeats_by_iteration(form)
   end function finds_by_iteration
 
   !> Another step is not worth its direction after one that has left much.
-  pure logical function wants_promise(system) result(wants)
-    type(system_t), intent(in) :: system !! its form
+  pure logical function wants_promise(form) result(wants)
+    type(form_t), intent(in) :: form !! its form
 
     wants = .false.
-    if (associated(system%form%repeats_if_promising)) wants = &
-      system%form%repeats_if_promising(system)
+    if (associated(form%kind%repeats_if_promising)) wants = form%kind%repeats_if_promising(form)
   end function wants_promise
 
   !> Leaves the system where it is: no share of the direction is taken.
-  subroutine stay(model, system)
+  subroutine stay(model, system, form)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(inout) :: system !! residual is formed again
+    type(form_t), intent(inout) :: form !! its kind
 
     if (system%motion%active) then
       system%motion%way = 0.0_wp
       call shift_multipliers(system%motion, 0.0_wp, system%contact%shift)
     end if
-    call form_residual(system, model%mesh%x)
+    call form_residual(system, form, model%mesh%x)
   end subroutine stay
 
   !> The direction that the factor at hand gives for the present residual.
-  subroutine find_direction_again(model, system, found)
+  subroutine find_direction_again(model, system, form, found)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! right given; gets solution, du, bulk_change
+    type(form_t), intent(inout) :: form !! du
     logical, intent(out) :: found !! there is one
     real(wp) :: share
 
-    call system%form%repeat_direction(system, found)
-    if (found) call bulk_step(model%mesh%x, system, share)
+    call form%kind%repeat_direction(system, form, found)
+    if (found) call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, share)
     if (found) found = share >= 1.0_wp
-    if (found .and. system%motion%active) call add_multipliers(model, system, .false.)
+    if (found .and. system%motion%active) call add_multipliers(model, system, form, .false.)
   end subroutine find_direction_again
 end module modified_newton

@@ -15,7 +15,9 @@ module multiplier_motion
   use point_forces, only: point_forces_t, take_forces
   use rigid_bodies, only: nothing_deforms
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use element_lists, only: element_list_t
+  use system_parts, only: contact_places_t
   use multiplier_types, only: multiplier_motion_t
   implicit none
   private
@@ -74,9 +76,10 @@ contains
   end subroutine take_multipliers
 
   !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
-  subroutine add_multipliers(model, system, anew)
+  subroutine add_multipliers(model, system, form, anew)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(inout) :: system !! direction found; gets du, motion
+    type(form_t), intent(inout) :: form !! du
     logical, intent(in) :: anew !! the derivatives of the forces belong to a new tangent
     type(point_forces_t) :: at(size(model%pairs))
     type(gmres_t) :: iteration
@@ -85,27 +88,27 @@ contains
     real(wp) :: way(size(lack))
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system, anew)
+    call form_tangent_of_forces(model%mesh%x, system%contact, system%u, system%motion, anew)
     associate (motion => system%motion)
-      call project(model, system, at, motion%force, lack)
+      call project(model, system%place, at, motion%force, lack)
       lack = lack - motion%start
       floor = wanted_share(norm2(lack), motion%rest)
       motion%rest = norm2(lack)
       motion%way = 0.0_wp
-      call project(model, system, at, change_of_forces(system, system%du), image, little*floor)
+      call project(model, system%place, at, change_of_forces(system, form%du), image, little*floor)
       call begin_gmres(reshape(lack + image, [size(lack)]), multiplier_vectors, iteration)
       floor = max(floor*iteration%rest, least_lack(model, system))
       share = little*floor/max(iteration%rest, tiny(1.0_wp))
       do while (iteration%rest > floor .and. iteration%n < multiplier_vectors)
         motion%way = reshape(iteration%base(:, iteration%n + 1), shape(lack))
-        call system%form%answer(system, -forces_of_way(system), du)
-        call project(model, system, at, change_of_forces(system, du), image, share)
+        call form%kind%answer(system, form, -forces_of_way(system), du)
+        call project(model, system%place, at, change_of_forces(system, du), image, share)
         call add_image(reshape((1.0_wp + own_share)*motion%way - image, [size(lack)]), iteration)
       end do
       call gmres_solution(iteration, way)
       motion%way = reshape(way, shape(lack))
     end associate
-    call system%form%push(system, -forces_of_way(system))
+    call form%kind%push(system, form, -forces_of_way(system))
   end subroutine add_multipliers
 
   !> As many digits as Newton can use.
@@ -155,30 +158,30 @@ contains
   end subroutine find_fields
 
   !> Forces of the points at the present iterate, and their derivatives.
-  subroutine form_tangent_of_forces(x, system, anew)
+  subroutine form_tangent_of_forces(x, contact, u, motion, anew)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! contact elements, u; gets motion
+    type(element_list_t), intent(in) :: contact !! contact elements
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(multiplier_motion_t), intent(inout) :: motion !! gets how forces depend on them
     logical, intent(in) :: anew !! or the derivatives stay what they are
     type(element_t) :: e
     integer :: k
 
-    associate (motion => system%motion)
-      do k = 1, system%contact%n
-        if (motion%scale(k) <= 0.0_wp) cycle
-        call shift_derivatives(system%contact, k, x, system%u, e)
-        motion%force(:, k) = e%stress(1:3)
-        if (.not. anew) cycle
-        motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
-        motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
-        motion%by_shift(:, :, k) = e%s(7:9, 1:3)
-      end do
-    end associate
+    do k = 1, contact%n
+      if (motion%scale(k) <= 0.0_wp) cycle
+      call shift_derivatives(contact, k, x, u, e)
+      motion%force(:, k) = e%stress(1:3)
+      if (.not. anew) cycle
+      motion%by_place(:, :, k) = e%s(1:3, :size(motion%by_place, 2))
+      motion%of_nodes(:, :, k) = e%s(4:6, :size(motion%of_nodes, 2))
+      motion%by_shift(:, :, k) = e%s(7:9, 1:3)
+    end do
   end subroutine form_tangent_of_forces
 
   !> P f: the multipliers that forces ask for.
-  subroutine project(model, system, at, force, multiplier, share)
+  subroutine project(model, place, at, force, multiplier, share)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(in) :: system !! contact elements
+    type(contact_places_t), intent(in) :: place !! contact elements
     type(point_forces_t), intent(in) :: at(:) !! (pairs) fields
     real(wp), intent(in) :: force(:, :) !! (3, n) in the targets' frames [force]
     real(wp), intent(out) :: multiplier(:, :) !! (3, n) likewise [force]
@@ -189,7 +192,7 @@ contains
     multiplier = force
     do k = 1, size(model%pairs)
       if (.not. has_field(model%pairs(k))) cycle
-      associate (first => system%place%first_point(k) - 1, n => size(at(k)%near))
+      associate (first => place%first_point(k) - 1, n => size(at(k)%near))
         allocate (global(3, n), field(3, n), source=0.0_wp)
         do p = 1, n
           if (at(k)%near(p)) global(:, p) = product_of(at(k)%frame(:, :, p), force(:, first + p))
@@ -268,8 +271,8 @@ contains
     integer :: k
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system, .true.)
-    call project(model, system, at, system%motion%force, multiplier)
+    call form_tangent_of_forces(model%mesh%x, system%contact, system%u, system%motion, .true.)
+    call project(model, system%place, at, system%motion%force, multiplier)
     fit = .true.
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle

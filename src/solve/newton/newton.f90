@@ -1,36 +1,30 @@
 !> Semismooth Newton with line search on a system whose contact targets are frozen.
 module newton
   use kinds, only: wp
-  use costs, only: wall_seconds
-  use solution_settings, only: tol_energy, tol_residual
   use signals, only: stop_requested
-  use threads, only: notice_others
   use parallel, only: any_rank
   use bulk_term, only: bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
-  use linear_solver, only: solver_name
-  use contact_system, only: contact_counts
   use surface_shapes, only: follow_shape
   use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
   use force_scales, only: note_forces, force_scale, longest_step
   use supports, only: close_bodies
-  use stacks, only: is_stack
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
-  use expected_status, only: forget_expected, turned_back
+  use point_status, only: forget_expected
   use line_search, only: choose_length
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
   use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
     multipliers_fit
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
-    wanted_share, judge_progress, judge_settled, outcome_going_on, &
+    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, describe, &
+    outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
   use monitors, only: monitor_t, iteration_t
-  use system_types, only: system_t, settings_t
-  use element_lists, only: element_list_t
-  use system_parts, only: bodies_t
+  use newton_settings, only: settings_t, tol_energy, tol_residual
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: newton_t, solve_frozen, iterate, is_converged
@@ -41,12 +35,6 @@ module newton
 
   !> Iterations in a row without progress after which the solve has stalled.
   integer, parameter :: iterations_without_gain = 12
-  !> Iterations with points that turn back after which a solve relies on the line search alone. In
-  !! stacks of bodies the search for the points that open uses up some of them.
-  integer, parameter :: turns_of_solve = 6, most_turns_of_stack = 14
-  !> A point has turned back if it had slipped by more than this share of what it slips now: less is
-  !! round-off of a solution.
-  real(wp), parameter :: least_slip = 1.0e-6_wp
   !> What has converged may have this share of the forces left when its defects are renewed.
   real(wp), parameter :: true_share = 1.0e-10_wp
   !> A step that may go less than this share of its way leads nowhere.
@@ -57,22 +45,23 @@ module newton
 contains
 
   !> Iterates until the residual is in balance, or until that is hopeless.
-  subroutine solve_frozen(model, system, time, settings, monitor, progress)
+  subroutine solve_frozen(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
 
     if (system%motion%active) call take_multipliers(model, system)
-    call begin_pseudo_time(system)
-    if (.not. system%place%begun) call form_residual(system, model%mesh%x)
+    call begin_pseudo_time(system, form)
+    if (.not. system%place%begun) call form_residual(system, form, model%mesh%x)
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
     if (progress%solves == 0) system%body%settled = .false.
     progress%share = 0.0_wp
-    progress%lowest = residual_norm(system)
+    progress%lowest = residual_norm(system, form)
     progress%shortest = huge(1.0_wp)
     progress%fewest = huge(1)
     progress%since_lowest = 0
@@ -84,34 +73,35 @@ contains
     progress%turns = 0
     progress%outcome = outcome_going_on
     do
-      call judge(model, system, settings, progress)
+      call judge(model, system, form, settings, progress)
       if (progress%outcome /= outcome_going_on) exit
-      call iterate(model, system, time, settings, monitor, progress)
-      if (progress%outcome == outcome_going_on) call go_on(model, system, settings, progress)
+      call iterate(model, system, form, time, settings, monitor, progress)
+      if (progress%outcome == outcome_going_on) call go_on(model, system, form, settings, progress)
     end do
   end subroutine solve_frozen
 
   !> Whether the iterate is in balance, and if not, whether to go on.
-  subroutine judge(model, system, settings, progress)
+  subroutine judge(model, system, form, settings, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! residual formed before and after
+    type(form_t), intent(inout) :: form !! its kind
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets outcome
     logical :: sound, rests, hopeless
 
     do
-      call estimate_round_off(system, model%mesh%x)
-      call settle_pseudo_step(system, model%mesh%x, progress%halved, rests, hopeless)
+      call estimate_round_off(system, form, model%mesh%x)
+      call settle_pseudo_step(system, form, model%mesh%x, progress%halved, rests, hopeless)
       if (.not. rests) exit
-      if (.not. is_converged(system, settings, progress)) exit
+      if (.not. is_converged(system, form, settings, progress)) exit
       if (.not. system%inner%linearised) then
         sound = settings%coarsely
-        if (.not. sound) call look_again(system, model%mesh%x, settings, sound)
+        if (.not. sound) call look_again(system, form, model%mesh%x, settings, sound)
         if (sound) call judge_multipliers(model, system, progress)
         exit
       end if
       system%inner%linearised = .false.
-      call form_residual(system, model%mesh%x)
+      call form_residual(system, form, model%mesh%x)
       if (system%inner%inverted > 0) progress%outcome = outcome_inverted
       if (progress%outcome /= outcome_going_on) exit
     end do
@@ -121,8 +111,7 @@ contains
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
     else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
-      .and. &
-      system%body%damping <= 0.0_wp)) then
+      .and. system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
     else if (any_rank(stop_requested())) then
       progress%outcome = outcome_stopped
@@ -145,94 +134,97 @@ contains
 
   !> Takes more steps with the factor of an iteration that went its whole way (doc/theory, "Modified
   !! Newton steps").
-  subroutine go_on(model, system, settings, progress)
+  subroutine go_on(model, system, form, settings, progress)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved
+    type(form_t), intent(inout) :: form !! gets trial
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets energy_met, halved
     type(modified_newton_t) :: modified
 
     modified%bends = any(model%pairs%smooth) .and. is_close(progress)
-    if (progress%energy_met .or. .not. may_go_on(system, progress)) return
-    call follow_modified_newton(model, system, settings%asked(tol_energy), progress%first_energy, &
-      progress%energy, force_scale(system)*wanted_share(settings), modified)
+    if (progress%energy_met .or. .not. may_go_on(system, form, progress)) return
+    call follow_modified_newton(model, system, form, settings%asked(tol_energy), &
+      progress%first_energy, progress%energy, force_scale(system%scale)*wanted_share(settings), &
+      modified)
     progress%energy_met = modified%energy_met .or. modified%settled
     progress%halved = progress%halved .and. .not. modified%settled .and. &
-      residual_norm(system) <= 0.5_wp*progress%start
+      residual_norm(system, form) <= 0.5_wp*progress%start
   end subroutine go_on
 
   !> What has converged is looked at without what iterations have carried on and lost digits of.
-  subroutine look_again(system, x, settings, sound)
+  subroutine look_again(system, form, x, settings, sound)
     type(system_t), intent(inout) :: system !! residual is formed anew
+    type(form_t), intent(inout) :: form !! its kind
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(settings_t), intent(in) :: settings !! tolerances
     logical, intent(out) :: sound !! it is small all the same
     logical :: renewed
 
     sound = .true.
-    if (.not. associated(system%form%renew)) return
-    call system%form%renew(system, renewed)
+    if (.not. associated(form%kind%renew)) return
+    call form%kind%renew(system, form, renewed)
     if (.not. renewed) return
-    call form_residual(system, x)
-    sound = residual_norm(system) <= max(round_off_factor*system%scale%round_off, &
-      max(true_share, settings%asked(tol_residual))*force_scale(system))
+    call form_residual(system, form, x)
+    sound = residual_norm(system, form) <= max(round_off_factor*system%scale%round_off, &
+      max(true_share, settings%asked(tol_residual))*force_scale(system%scale))
   end subroutine look_again
 
   !> One iteration: tangent, factor, direction, line search.
-  subroutine iterate(model, system, time, settings, monitor, progress)
+  subroutine iterate(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! mesh, pairs: patches
     type(system_t), intent(inout) :: system !! u is moved; residual formed before and after
+    type(form_t), intent(inout) :: form !! gets trial, wish
     real(wp), intent(in) :: time !! time of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the iteration
     type(newton_t), intent(inout) :: progress !! counts on
     type(iteration_t) :: report
-    real(wp) :: begin, length, longest
+    real(wp) :: length, longest
     integer, allocatable :: before(:)
     integer :: outcome
     logical :: dropped
 
-    begin = wall_seconds()
-    call notice_others()
+    call begin_iteration(report)
     if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
-      call close_bodies(model%mesh%x, system, dropped)
-      if (dropped .and. associated(system%form%note_drop)) call system%form%note_drop(system)
-      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system)
-      if (dropped) call form_residual(system, model%mesh%x)
+      call close_bodies(model%mesh%x, system, form, dropped)
+      if (dropped .and. associated(form%kind%note_drop)) call form%kind%note_drop(system, form)
+      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system, form)
+      if (dropped) call form_residual(system, form, model%mesh%x)
     end if
-    progress%start = residual_norm(system)
+    progress%start = residual_norm(system, form)
     call choose_held(system%contact, system%body, progress)
-    system%wish%share = progress%share
-    system%wish%wanted = wanted_share(settings)
-    system%wish%indefinite = progress%indefinite
-    call system%form%find_direction(system, model%mesh%x, outcome)
+    form%wish%share = progress%share
+    form%wish%wanted = wanted_share(settings)
+    form%wish%indefinite = progress%indefinite
+    call form%kind%find_direction(system, form, model%mesh%x, outcome)
     system%contact%slip_before = system%contact%slip
     if (outcome /= solver_done) then
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
-    if (system%motion%active) call add_multipliers(model, system, .true.)
+    if (system%motion%active) call add_multipliers(model, system, form, .true.)
     if (any(system%body%floating)) before = system%contact%status
-    if (system%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
+    if (form%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
-    progress%indefinite = progress%indefinite .or. system%whole%solver%indefinite
+    progress%indefinite = progress%indefinite .or. form%whole%solver%indefinite
     call forget_expected(system%contact)
     progress%solves = progress%solves + 1
-    progress%energy = abs(system%form%direction_work(system))
-    if (associated(system%form%defect_energy)) progress%energy = progress%energy &
-      + system%form%defect_energy(system)
+    progress%energy = abs(form%kind%direction_work(system, form))
+    if (associated(form%kind%defect_energy)) progress%energy = progress%energy + &
+      form%kind%defect_energy(form)
     progress%most_energy = max(progress%energy, progress%most_energy)
-    if (progress%solves == 1) progress%first_energy = max(progress%energy, &
-      settings%first_energy)
-    call bulk_step(model%mesh%x, system, longest)
+    if (progress%solves == 1) progress%first_energy = max(progress%energy, settings%first_energy)
+    call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
       return
     end if
-    longest = min(longest, longest_step(system))
-    call choose_length(system, model%mesh%x, settings, progress, longest, length)
-    if (system%body%damping > 0.0_wp) call count_way(system, length)
-    if (associated(system%form%judge_step)) call system%form%judge_step(system, progress%start, &
+    longest = min(longest, longest_step(system, form%du))
+    call choose_length(system, form, model%mesh%x, settings, progress, longest, length)
+    if (system%body%damping > 0.0_wp) call count_way(system%equations, system%body, form%solution, &
+      length)
+    if (associated(form%kind%judge_step)) call form%kind%judge_step(system, form, progress%start, &
       length)
     progress%linearised = system%inner%linearised
     system%inner%linearised = .false.
@@ -243,54 +235,17 @@ contains
     if (system%motion%active) call settle_multipliers(system%motion, length)
     progress%length = length
     if (allocated(before)) call judge_settled(before, length, system%contact, system%body)
-    if (is_close(progress)) call follow_shape(model, system)
+    if (is_close(progress)) call follow_shape(model, system, form)
     progress%updated = .false.
     progress%energy_met = .false.
     if (length >= 1.0_wp .and. system%body%pseudo_step%iterations <= 1) &
-      progress%energy_met = meets_energy(system, settings, progress)
-    progress%share = residual_norm(system)/max(progress%start, tiny(1.0_wp))
+      progress%energy_met = meets_energy(system, form, settings, progress)
+    progress%share = residual_norm(system, form)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp
-    call note_forces(system)
-    call describe(system, progress, time, length, wall_seconds() - begin, report)
-    call judge_progress(system, report%stick, progress)
+    call note_forces(system, form)
+    call describe(system, form, progress, time, report)
+    call judge_progress(system, form, report%stick, progress)
     call monitor%iteration(report)
   end subroutine iterate
 
-  !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
-  !! iteration before, which else may flip for ever.
-  subroutine choose_held(contact, body, progress)
-    type(element_list_t), intent(inout) :: contact !! contact elements; gets hold
-    type(bodies_t), intent(in) :: body !! connected bodies
-    type(newton_t), intent(inout) :: progress !! counts the iterations with such points
-
-    if (progress%updated) return
-    contact%hold = .false.
-    if (progress%turns < merge(most_turns_of_stack, turns_of_solve, is_stack(body))) &
-      contact%hold = turned_back(contact, least_slip)
-    if (any(contact%hold)) progress%turns = progress%turns + 1
-  end subroutine choose_held
-
-  !> The report of one iteration.
-  subroutine describe(system, progress, time, length, seconds, report)
-    type(system_t), intent(in) :: system !! state after the iteration
-    type(newton_t), intent(in) :: progress !! counts and energies
-    real(wp), intent(in) :: time !! time of the increment
-    real(wp), intent(in) :: length !! accepted step length
-    real(wp), intent(in) :: seconds !! wall clock [s]
-    type(iteration_t), intent(out) :: report !! the report
-    real(wp) :: forces
-
-    report%time = time
-    report%number = progress%solves
-    report%residual = residual_norm(system)
-    forces = force_scale(system)
-    if (forces > 0.0_wp) report%relative = report%residual/forces
-    call system%form%find_worst(system, report%worst_node, report%worst_dof, report%worst)
-    report%energy = progress%energy
-    report%step_length = length
-    call contact_counts(system, 1, system%contact%n, report%active, report%stick, report%slip)
-    report%solver = system%form%name
-    if (report%solver == '') report%solver = solver_name(system%whole%solver)
-    report%seconds = seconds
-  end subroutine describe
 end module newton

@@ -3,7 +3,8 @@
 module pseudo_time
   use kinds, only: wp
   use residuals, only: form_residual, residual_norm, round_off_factor
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: begin_pseudo_time, settle_pseudo_step, count_way, let_free, pseudo_patience
@@ -36,8 +37,9 @@ contains
 
   !> The damping at the start of a solve: the first one, unless the last solve was left while a body
   !! was on its way.
-  subroutine begin_pseudo_time(system)
+  subroutine begin_pseudo_time(system, form)
     type(system_t), intent(inout) :: system !! gets damping, the place it is measured from
+    type(form_t), intent(inout) :: form !! its kind
 
     if (.not. system%body%step_done) then
       system%body%damping = system%body%first_damping
@@ -46,12 +48,13 @@ contains
       system%body%pseudo_step%steady = 0
     end if
     system%body%step_done = .false.
-    if (system%body%damping > 0.0_wp) call note_center(system)
+    if (system%body%damping > 0.0_wp) call note_center(system, form)
   end subroutine begin_pseudo_time
 
   !> Judges the Euler step after each of its iterations: goes on with it, takes it, or gives it up.
-  subroutine settle_pseudo_step(system, x, halved, rests, hopeless)
+  subroutine settle_pseudo_step(system, form, x, halved, rests, hopeless)
     type(system_t), intent(inout) :: system !! residual formed; gets damping, and its place
+    type(form_t), intent(inout) :: form !! its kind
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     logical, intent(inout) :: halved !! of a step that is over: it has halved what is out of balance
     logical, intent(out) :: rests !! no step is under way: the residual knows of no damping
@@ -63,10 +66,10 @@ contains
     taken = .false.
     rests = system%body%damping <= 0.0_wp .or. system%body%pseudo_step%iterations == 0
     if (rests) return
-    norm = residual_norm(system)
+    norm = residual_norm(system, form)
     associate (pseudo_step => system%body%pseudo_step)
       if (pseudo_step%iterations == 1) pseudo_step%first = norm
-      rests = norm <= max(solved*system%form%damping_norm(system), &
+      rests = norm <= max(solved*form%kind%damping_norm(system, form), &
         round_off_factor*system%scale%round_off) .and. &
         way_of(system) <= longest_way*system%scale%facet_size
       taken = rests
@@ -75,18 +78,18 @@ contains
         pseudo_step%too_small = forgetting*pseudo_step%too_small
         system%body%damping = max(growth(pseudo_step%iterations)*system%body%damping, &
           pseudo_step%too_small, least_damping*system%scale%stiffest)
-        call note_center(system)
+        call note_center(system, form)
       else if (is_lost(system, norm)) then
         pseudo_step%too_small = safety*system%body%damping
         system%body%damping = failed_growth*system%body%damping
         hopeless = system%body%damping > most_damping_growth*system%body%first_damping
-        call return_to_center(system)
+        call return_to_center(system, form)
         rests = .true.
       end if
     end associate
     if (.not. rests) return
-    call form_residual(system, x)
-    norm = residual_norm(system)
+    call form_residual(system, form, x)
+    norm = residual_norm(system, form)
     associate (pseudo_step => system%body%pseudo_step)
       halved = norm <= 0.5_wp*pseudo_step%at_rest
       if (taken) pseudo_step%steady = merge(pseudo_step%steady + 1, 0, &
@@ -109,33 +112,37 @@ contains
   end function is_lost
 
   !> Counts an iteration of the step that is under way.
-  subroutine count_way(system, length)
-    type(system_t), intent(inout) :: system !! solution given; gets pseudo_step
+  subroutine count_way(equations, body, solution, length)
+    integer, intent(in) :: equations !! free degrees of freedom
+    type(bodies_t), intent(inout) :: body !! connected bodies; gets pseudo_step
+    real(wp), intent(in) :: solution(:) !! (equations+unknowns) solution [length]
     real(wp), intent(in) :: length !! share of the direction that was gone
 
-    associate (pseudo_step => system%body%pseudo_step)
+    associate (pseudo_step => body%pseudo_step)
       pseudo_step%iterations = pseudo_step%iterations + 1
-      pseudo_step%gone = pseudo_step%gone + length*system%solution(system%equations + 1:)
+      pseudo_step%gone = pseudo_step%gone + length*solution(equations + 1:)
     end associate
   end subroutine count_way
 
   !> The undamped residual is that of the iterate: the damping is measured from here.
-  subroutine note_center(system)
+  subroutine note_center(system, form)
     type(system_t), intent(inout) :: system !! iterate given; gets pseudo_step
+    type(form_t), intent(inout) :: form !! its kind
 
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
       pseudo_step%u = system%u
-      pseudo_step%gone = spread(0.0_wp, 1, system%tools%border%n)
+      pseudo_step%gone = spread(0.0_wp, 1, system%tools%unknowns)
       if (allocated(system%tools%rigid)) pseudo_step%rigid = system%tools%rigid
       pseudo_step%bulk_force = system%inner%bulk_force
     end associate
-    if (associated(system%form%note_center)) call system%form%note_center(system)
+    if (associated(form%kind%note_center)) call form%kind%note_center(system, form)
   end subroutine note_center
 
   !> Back to where the step began.
-  subroutine return_to_center(system)
+  subroutine return_to_center(system, form)
     type(system_t), intent(inout) :: system !! gets the iterate of pseudo_step
+    type(form_t), intent(inout) :: form !! its kind
 
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
@@ -144,37 +151,38 @@ contains
       if (allocated(system%tools%rigid)) system%tools%rigid = pseudo_step%rigid
       system%inner%bulk_force = pseudo_step%bulk_force
     end associate
-    if (associated(system%form%return_to_center)) call system%form%return_to_center(system)
+    if (associated(form%kind%return_to_center)) call form%kind%return_to_center(system, form)
   end subroutine return_to_center
 
   !> No damping any more.
-  subroutine let_free(system)
-    type(system_t), intent(inout) :: system !! damping is forgotten
+  subroutine let_free(body, form)
+    type(bodies_t), intent(inout) :: body !! damping is forgotten
+    type(form_t), intent(inout) :: form !! its kind
 
-    system%body%damping = 0.0_wp
-    system%body%first_damping = 0.0_wp
-    system%body%step_done = .false.
-    system%body%pseudo_step%iterations = 0
-    if (associated(system%form%forget_damping)) call system%form%forget_damping(system)
+    body%damping = 0.0_wp
+    body%first_damping = 0.0_wp
+    body%step_done = .false.
+    body%pseudo_step%iterations = 0
+    if (associated(form%kind%forget_damping)) call form%kind%forget_damping(form)
   end subroutine let_free
 
   !> The farthest way of a node of a floating body since the step began.
   pure real(wp) function way_of(system) result(way)
     type(system_t), intent(in) :: system !! u, pseudo_step
 
-    way = farthest(system, system%u - system%body%pseudo_step%u)
+    way = farthest(system%body, system%u - system%body%pseudo_step%u)
   end function way_of
 
   !> The largest component of a displacement of floating bodies.
-  pure real(wp) function farthest(system, move) result(most)
-    type(system_t), intent(in) :: system !! bodies
+  pure real(wp) function farthest(body, move) result(most)
+    type(bodies_t), intent(in) :: body !! bodies
     real(wp), intent(in) :: move(:, :) !! (3, nodes) [length]
     integer :: i
 
     most = 0.0_wp
     do i = 1, size(move, 2)
-      if (system%body%node_body(i) == 0) cycle
-      if (system%body%floating(system%body%node_body(i))) most = max(most, maxval(abs(move(:, i))))
+      if (body%node_body(i) == 0) cycle
+      if (body%floating(body%node_body(i))) most = max(most, maxval(abs(move(:, i))))
     end do
   end function farthest
 end module pseudo_time

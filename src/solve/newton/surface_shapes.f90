@@ -9,7 +9,7 @@ module surface_shapes
   use smooth_normals, only: renew_patches
   use model_types, only: model_t
   use residuals, only: form_residual
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: follow_shape
@@ -17,24 +17,26 @@ module surface_shapes
 contains
 
   !> Smooth surfaces bend as the nodes of the iterate lie, and the residual with them.
-  subroutine follow_shape(model, system)
+  subroutine follow_shape(model, system, form)
     type(model_t), intent(inout) :: model !! pairs: patches
     type(system_t), intent(inout) :: system !! u and the bulk's force given; residual is formed
+    type(form_t), intent(inout) :: form !! its kind
 
     if (.not. any(model%pairs%smooth)) return
-    call bend_surfaces(model, system)
+    call bend_surfaces(model, system, form)
     system%inner%known = .true.
-    call form_residual(system, model%mesh%x)
+    call form_residual(system, form, model%mesh%x)
   end subroutine follow_shape
 
   !> Bends smooth surfaces as the nodes of the iterate lie, under the contact elements as they are
   !! (doc/theory, "Surface smoothing").
-  subroutine bend_surfaces(model, system)
+  subroutine bend_surfaces(model, system, form)
     type(model_t), intent(inout) :: model !! pairs: patches
     type(system_t), intent(inout) :: system !! u given; gets x_now, patches of contact
+    type(form_t), intent(inout) :: form !! its kind
     integer :: k, p
 
-    if (associated(system%form%refresh)) call system%form%refresh(system)
+    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
     system%position%x_now = model%mesh%x + system%u
     call begin_cost(system%costs, cost_search)
     do k = 1, size(model%pairs)

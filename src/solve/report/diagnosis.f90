@@ -21,7 +21,8 @@ module diagnosis
   use statics_report, only: motion_text, reserve_text, turned_text
   use remedies, only: what_may_help, settle_advice
   use force_scales, only: in_bounds
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t
   implicit none
   private
   public :: explain_failure, unrestrained_bodies, has_flying_body, check_supports, body_name, &
@@ -33,9 +34,10 @@ module diagnosis
 contains
 
   !> What can be said about a failed solve, in lines that begin with two blanks.
-  subroutine explain_failure(model, system, progress, time, cut, text, goal)
+  subroutine explain_failure(model, system, form, progress, time, cut, text, goal)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system at the failed iterate
+    type(form_t), intent(in) :: form !! its kind, right
     type(newton_t), intent(in) :: progress !! how it ended
     real(wp), intent(in) :: time !! the time that was tried
     logical, intent(in) :: cut !! increments have been cut as far as it goes
@@ -46,7 +48,7 @@ contains
     integer :: body
 
     if (progress%outcome == outcome_turned) then
-      text = turned_lines(model, system, time, goal)
+      text = turned_lines(model, system, form, time, goal)
       return
     end if
     text = '  tried: an increment to time '//to_text(time, 12)//' with '// &
@@ -59,7 +61,7 @@ contains
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//settle_advice(model, cut)
     if (progress%outcome == outcome_inverted) then
-      text = text//nl//inverted_element(model, system)
+      text = text//nl//inverted_element(model, system%inner)
       return
     end if
     if (progress%outcome == outcome_gaps) then
@@ -68,7 +70,7 @@ contains
         '  allow more updates or wider gaps: AUGMent tol max, in the deck''s '// &
         'PAIR;'//nl//'  or, without AUGMent, a penalty of at most '// &
         to_text(stiffest_plain, 4)//' times E/h'
-      text = text//nl//worst_node(model, system, cut)
+      text = text//nl//worst_node(model, system, form, cut)
       return
     end if
     if (.not. in_bounds(system)) text = text//nl//'  displacements of '// &
@@ -80,15 +82,15 @@ contains
     if (verdict%kind == statics_tips) text = text//edge_advice(model, system, verdict%body)
     body = unrestrained_bodies(model, system)
     if (body > 0) then
-      text = text//nl//describe_body(model, system, body, verdict%kind)
+      text = text//nl//describe_body(model, system, form, body, verdict%kind)
     else
-      text = text//nl//worst_node(model, system, cut)
+      text = text//nl//worst_node(model, system, form, cut)
       if (progress%outcome == outcome_singular) text = text//nl// &
         '  look for parts that hang on a single node or edge, or for a Poisson ratio close to 1/2'
     end if
-    if (verdict%kind == statics_carried) text = text//nl// &
-      reserve_text(body_name(model, system, max(verdict%body, 1)), verdict, &
-      verdict%friction >= least_used .and. all_slip(system, max(verdict%body, 1)), &
+    if (verdict%kind == statics_carried) text = text//nl//reserve_text(body_name(model, system, &
+      max(verdict%body, 1)), verdict, verdict%friction >= least_used .and. all_slip(system, &
+      max(verdict%body, 1)), &
       .not. all(model%pairs%mortar))
   end subroutine explain_failure
 
@@ -117,9 +119,10 @@ contains
   end subroutine judge_both
 
   !> What statics says of a body that has turned too far, then how far it has.
-  function turned_lines(model, system, time, goal) result(t)
+  function turned_lines(model, system, form, time, goal) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! as converged, with the last accepted positions
+    type(form_t), intent(in) :: form !! its kind
     real(wp), intent(in) :: time !! the time that was tried
     real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(:), allocatable :: t
@@ -132,18 +135,18 @@ contains
     t = ''
     if (verdict%kind > statics_carried) t = motion_text(body_name(model, system, verdict%body), &
       verdict)//new_line('a')
-    call find_turned(model, system, body, angle)
+    call find_turned(model, system, form, body, angle)
     t = t//turned_text(body_name(model, system, max(body, 1)), angle, farthest_turn*180.0_wp/pi)
   end function turned_lines
 
   !> Which element has no answer, and what may help.
-  function inverted_element(model, system) result(t)
+  function inverted_element(model, inner) result(t)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(in) :: system !! inverted given
+    type(bulk_answer_t), intent(in) :: inner !! inverted given
     character(:), allocatable :: t
 
-    t = '  element '//to_text(system%inner%inverted)//' of material '//to_text(model%materials( &
-      model%element_material(system%inner%inverted))%number)//': look at loads, units and mesh '// &
+    t = '  element '//to_text(inner%inverted)//' of material '//to_text(model%materials( &
+      model%element_material(inner%inverted))%number)//': look at loads, units and mesh '// &
       'there;'//new_line('a')//'  a regular mesh, MEAN or another law may bear more'
   end function inverted_element
 
@@ -161,9 +164,10 @@ contains
 
   !> Before the first solve: a body that no support holds and no contact pair can hold is an error,
   !! one that only contact can hold is worth a warning.
-  subroutine check_supports(model, system, monitor, error)
+  subroutine check_supports(model, system, form, monitor, error)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
+    type(form_t), intent(in) :: form !! right
     class(monitor_t), intent(inout), optional :: monitor !! hears of bodies held by contact alone
     type(error_t), allocatable, intent(out) :: error !! an unrestrained body
     integer :: b, n
@@ -177,7 +181,7 @@ contains
           held_text(n, motions(:, 1)))
       else
         call raise(error, exit_no_convergence, 'error: the system is singular'//new_line('a')// &
-          describe_body(model, system, b, statics_unknown))
+          describe_body(model, system, form, b, statics_unknown))
         return
       end if
     end do
@@ -284,9 +288,10 @@ contains
   end function has_flying_body
 
   !> Names a body that can move freely, and how.
-  function describe_body(model, system, body, kind) result(t)
+  function describe_body(model, system, form, body, kind) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the system
+    type(form_t), intent(in) :: form !! right
     integer, intent(in) :: body !! the body
     integer, intent(in) :: kind !! what statics says
     character(:), allocatable :: t
@@ -302,7 +307,7 @@ contains
     node = 0
     do k = 1, size(system%body%node_body)
       if (system%body%node_body(k) /= body) cycle
-      if (system%equation(dof, k) == 0 .and. .not. is_carried(system, k)) cycle
+      if (system%equation(dof, k) == 0 .and. .not. is_carried(system%tools, k)) cycle
       node = k
       exit
     end do
@@ -316,7 +321,7 @@ contains
     else
       t = t//'; no support and no closed contact point resists'
     end if
-    contact = worst_contact(model, system, body)
+    contact = worst_contact(model, system, form, body)
     if (len(contact) > 0) t = t//nl//contact
     if (kind == statics_unknown) t = t//nl//what_holds(closed, has_friction(model, system, body))
   end function describe_body
@@ -381,9 +386,10 @@ contains
   end function body_name
 
   !> Names the node and dof with the largest residual, and the worst contact point of its body.
-  function worst_node(model, system, cut) result(t)
+  function worst_node(model, system, form, cut) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! residual formed
+    type(form_t), intent(in) :: form !! right
     logical, intent(in) :: cut !! increments have been cut as far as it goes
     character(:), allocatable :: t
     character(1), parameter :: nl = new_line('a')
@@ -392,12 +398,12 @@ contains
     integer :: node, dof
 
     t = '  no free degree of freedom'
-    call system%form%find_worst(system, node, dof, residual)
+    call form%kind%find_worst(system, form, node, dof, residual)
     if (node == 0) return
     t = '  the largest residual, '//to_text(residual)//', is at node ' &
       //to_text(node)//', dof '//to_text(dof)
-    contact = worst_contact(model, system, max(system%body%node_body(node), 0))
-    if (len(contact) == 0) contact = worst_contact(model, system, 0)
+    contact = worst_contact(model, system, form, max(system%body%node_body(node), 0))
+    if (len(contact) == 0) contact = worst_contact(model, system, form, 0)
     if (len(contact) > 0) t = t//nl//contact//nl//what_may_help(model, system, cut)
   end function worst_node
 end module diagnosis

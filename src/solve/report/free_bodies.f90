@@ -10,7 +10,7 @@ module free_bodies
   use contact_report, only: closed_points
   use held_bodies, only: fixing_reaction
   use diagnosis, only: body_name, named_motion, is_held
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: tell_free_bodies, sort_motions
@@ -19,9 +19,10 @@ contains
 
   !> Tells once of each body under load that a converged state leaves motions that nothing resists:
   !! its place is one of many, unless the deck holds it.
-  subroutine tell_free_bodies(model, system, monitor)
+  subroutine tell_free_bodies(model, system, form, monitor)
     type(model_t), intent(in) :: model !! mesh, HOLD
     type(system_t), intent(inout) :: system !! converged; gets told
+    type(form_t), intent(in) :: form !! its kind, right
     class(monitor_t), intent(inout) :: monitor !! hears of it
     character(:), allocatable :: name, what
     real(wp) :: motions(6, 6)
@@ -40,7 +41,7 @@ contains
       do k = 1, n
         if (is_held(model, system, b)) call monitor%event('  HOLD: '//name//' can '// &
           named_motion(pivot(k))//' without resistance and is held; the reaction of that is '// &
-          to_text(reaction_along(model%mesh%x, system, b, motions(:, k), pivot(k)), 3))
+          to_text(reaction_along(model%mesh%x, system, form, b, motions(:, k), pivot(k)), 3))
         if (k > 1) what = what//merge(' and', ',   ', k == n)
         what = trim(what)//' '//named_motion(pivot(k))
       end do
@@ -99,9 +100,10 @@ contains
   end subroutine sort_motions
 
   !> What has to hold a body along a motion: what is left of its forces, which converged to zero.
-  real(wp) function reaction_along(x, system, body, motion, pivot) result(reaction)
+  real(wp) function reaction_along(x, system, form, body, motion, pivot) result(reaction)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! converged
+    type(form_t), intent(in) :: form !! its kind, right
     integer, intent(in) :: body !! the body
     real(wp), intent(in) :: motion(6) !! translation, rotation times the model's size
     integer, intent(in) :: pivot !! its component that is 1: a force, or from 4 on a moment
@@ -109,11 +111,11 @@ contains
     integer :: i, k, b
 
     call model_extent(x, center, size_x)
-    if (associated(system%form%floating_resultant)) then
+    if (associated(form%kind%floating_resultant)) then
       associate (modes => system%body%motions(body))
         push = motion(1:3) + cross(motion(4:6), modes%center - center)/size_x
         reaction = -dot_product([push, modes%size/size_x*motion(4:6)], &
-          system%form%floating_resultant(system, body))
+          form%kind%floating_resultant(system, form, body))
       end associate
     else
       reaction = 0.0_wp
@@ -121,7 +123,7 @@ contains
         if (system%body%node_body(i) /= body) cycle
         push = motion(1:3) + cross(motion(4:6), x(:, i) - center)/size_x
         do k = 1, 3
-          if (system%equation(k, i) > 0) reaction = reaction - push(k)*system%right( &
+          if (system%equation(k, i) > 0) reaction = reaction - push(k)*form%right( &
             system%equation(k, i))
         end do
       end do
@@ -143,7 +145,7 @@ contains
       associate (rigid => system%tools%rigid(b))
         moved = [motion(1:3) + cross(motion(4:6), rigid%point - center)/size_x, &
           motion(4:6)*rigid%length/size_x]
-        work = dot_product(moved(rigid%unknown), system%right(rigid%first + 1:rigid%first &
+        work = dot_product(moved(rigid%unknown), form%right(rigid%first + 1:rigid%first &
           + size(rigid%unknown)))
       end associate
     end function work_on_point

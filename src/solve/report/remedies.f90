@@ -56,9 +56,8 @@ contains
     associate (pair => model%pairs(k))
       gap = deepest(model, system, k)
       if (pair%points%cell > 0.0_wp .and. gap > deep*pair%points%cell) t = joined(t, '  pair '// &
-        pair%name// &
-        ' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%points%cell, 2)// &
-        ' cells: look at units and size of loads and displacements, or raise its penalty')
+        pair%name//' is penetrated by '//to_text(gap, 3)//', '//to_text(gap/pair%points%cell, &
+        2)//' cells: look at units and size of loads and displacements, or raise its penalty')
       t = joined(t, penalty_advice(pair))
       if (any(pair%friction%mu > 0.0_wp) .and. mostly_slips(system, k)) t = joined(t, '  pair '// &
         pair%name//': most of its points slip: hold what glides with BOUNdary, or move it by '// &

@@ -60,8 +60,7 @@ contains
     type(verdict_t), intent(out) :: verdict !! what statics says
 
     call judge_statics(model, system, time, verdict)
-    if (verdict%kind <= statics_carried) call judge_statics(model, system, time, verdict, &
-      close_by)
+    if (verdict%kind <= statics_carried) call judge_statics(model, system, time, verdict, close_by)
   end subroutine judge_at_rest
 
   !> Looks at the last converged positions and the loads of a time.
@@ -78,7 +77,7 @@ contains
 
     if (.not. (allocated(system%body%floating) .and. allocated(system%position%x_old))) return
     if (size(model%pairs) == 0) return
-    if (.not. any(system%body%floating) .or. system%tools%border%n > 0) return
+    if (.not. any(system%body%floating) .or. system%tools%unknowns > 0) return
     call find_parts(system, parts)
     call find_joints(model, system, parts)
     if (present(within)) then
@@ -266,8 +265,7 @@ contains
     right(:size(wanted)) = wanted
     place = 0
     call dgelsy(size(a, 1), size(a, 2), 1, a, size(a, 1), right, size(right), place, &
-      dependent_force, &
-      rank, work, size(work), info)
+      dependent_force, rank, work, size(work), info)
     amounts = merge(right(:size(amounts)), 0.0_wp, info == 0)
   end subroutine least_squares
 

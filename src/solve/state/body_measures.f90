@@ -34,8 +34,7 @@ contains
     real(wp) :: y(3)
 
     allocate (center(3, system%body%bodies), reach(system%body%bodies), inertia(3, 3, &
-      system%body%bodies), &
-      source=0.0_wp)
+      system%body%bodies), source=0.0_wp)
     allocate (moves(system%body%bodies), source=.false.)
     nodes = 0
     do i = 1, size(system%body%node_body)
@@ -220,9 +219,8 @@ contains
     finite = .false.
     if (system%bulk%linear) return
     do k = 1, system%bulk%n
-      if (system%bulk%routine(k) == routine_finite) &
-        finite(system%body%node_body(system%bulk%ix(1, k))) &
-        = .true.
+      if (system%bulk%routine(k) == routine_finite) finite(system%body%node_body(system%bulk%ix(1, &
+        k))) = .true.
     end do
   end function has_finite_strain
 end module body_measures

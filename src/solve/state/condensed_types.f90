@@ -271,6 +271,8 @@ module condensed_types
     type(point_border_t) :: points !! unknowns of rigid bodies with a point
     type(live_t) :: alive !! live candidates
     type(defects_t) :: bulk !! forces that the bulk bears
+    type(carried_t) :: rigid_then !! motions where a step of pseudo-time began
+    type(defects_t) :: bulk_then !! forces there
     type(linear_sums_t) :: sums !! over supports and loads
     logical :: goes_on = .false. !! no state has been saved since the increment before: its factor
     !! may serve again

@@ -6,6 +6,7 @@ module held_bodies
   use model_types, only: model_t
   use rigid_motions, only: motions_t, find_motions, choose_fixings
   use system_types, only: system_t
+  use system_parts, only: bodies_t
   implicit none
   private
   public :: fix_held, fixing_reaction, supports_of
@@ -13,32 +14,32 @@ module held_bodies
 contains
 
   !> Chooses the fixings of the bodies that the deck holds.
-  subroutine fix_held(model, system)
+  subroutine fix_held(model, numbers, bodies)
     type(model_t), intent(in) :: model !! mesh, HOLD, conditions
-    type(system_t), intent(inout) :: system !! bodies and equations given; gets fixed
+    integer, intent(in) :: numbers(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(bodies_t), intent(inout) :: bodies !! connected bodies; gets fixed
     type(motions_t) :: motions
-    integer :: equation(3, size(system%equation, 2)), body, k, b
+    integer :: equation(3, size(numbers, 2)), body, k, b
     integer, allocatable :: node(:), direction(:)
-    logical :: wanted(0:system%body%bodies)
+    logical :: wanted(0:bodies%bodies)
 
     if (size(model%pairs) > 0 .or. .not. allocated(model%held)) return
     wanted = .false.
-    wanted(pack(system%body%node_body, model%held)) = .true.
+    wanted(pack(bodies%node_body, model%held)) = .true.
     do b = 1, size(model%conditions%rigid)
-      wanted(system%body%node_body(model%conditions%rigid(b)%nodes)) = .false.
+      wanted(bodies%node_body(model%conditions%rigid(b)%nodes)) = .false.
     end do
     if (.not. any(wanted(1:))) return
-    equation = system%equation
+    equation = numbers
     if (allocated(model%conditions%spring)) where (model%conditions%spring > 0.0_wp) equation = 0
-    allocate (system%body%fixed(3, size(equation, 2)), source=.false.)
-    do body = 1, system%body%bodies
+    allocate (bodies%fixed(3, size(equation, 2)), source=.false.)
+    do body = 1, bodies%bodies
       if (.not. wanted(body)) cycle
-      call find_motions(model%mesh%x, equation, system%body%node_body, body, motions)
+      call find_motions(model%mesh%x, equation, bodies%node_body, body, motions)
       if (motions%n == 0) cycle
-      call choose_fixings(model%mesh%x, equation, system%body%node_body, body, motions, node, &
-        direction)
+      call choose_fixings(model%mesh%x, equation, bodies%node_body, body, motions, node, direction)
       do k = 1, motions%n
-        system%body%fixed(direction(k), node(k)) = .true.
+        bodies%fixed(direction(k), node(k)) = .true.
       end do
     end do
   end subroutine fix_held
@@ -58,12 +59,12 @@ contains
   end function fixing_reaction
 
   !> Forces of the supports without those of fixings.
-  pure function supports_of(system, reaction) result(force)
-    type(system_t), intent(in) :: system !! fixed, if the deck holds anything
+  pure function supports_of(body, reaction) result(force)
+    type(bodies_t), intent(in) :: body !! fixed, if the deck holds anything
     real(wp), intent(in) :: reaction(:, :) !! (3, nodes) of all restrained directions [force]
     real(wp) :: force(3, size(reaction, 2))
 
     force = reaction
-    if (allocated(system%body%fixed)) where (system%body%fixed) force = 0.0_wp
+    if (allocated(body%fixed)) where (body%fixed) force = 0.0_wp
   end function supports_of
 end module held_bodies

@@ -2,7 +2,7 @@
 module monitors
   use kinds, only: wp
   use model_types, only: model_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   implicit none
   private
   public :: monitor_t, iteration_t
@@ -76,13 +76,14 @@ contains
   end subroutine pass_detail
 
   !> Nothing more is done with an increment where nobody wants it.
-  subroutine pass_accepted(self, model, system, state)
+  subroutine pass_accepted(self, model, system, form, state)
     class(monitor_t), intent(inout) :: self !! the receiver
     type(model_t), intent(in) :: model !! with its new history
     type(system_t), intent(inout) :: system !! as it was solved
+    type(form_t), intent(inout) :: form !! goes with the iterate
     type(state_t), intent(in) :: state !! the new state
 
-    associate (unused => self, nobody => model, asks => system, for => state)
+    associate (unused => self, nobody => model, asks => system, in => form, for => state)
     end associate
   end subroutine pass_accepted
 end module monitors

@@ -28,8 +28,7 @@ module rigid_types
 
   !> What the unknowns of rigid bodies add to the matrix of the nodes: K, columns, rows, corner.
   type :: border_t
-    integer :: n = 0 !! unknowns of all rigid bodies
-    real(wp), allocatable :: columns(:, :) !! (equations, n) dr_node/dq
+    real(wp), allocatable :: columns(:, :) !! (equations, n) dr_node/dq by each of n unknowns
     real(wp), allocatable :: rows(:, :) !! (equations, n) dr_q/du, transposed
     real(wp), allocatable :: answers(:, :) !! (equations, n) K^-1 columns
     real(wp), allocatable :: corner(:, :) !! (n, n) dr_q/dq, then the factor of its Schur complement

@@ -5,9 +5,8 @@ module system_parts
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
   use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
-  use condensed_types, only: defects_t, carried_t
   use rigid_motions, only: motions_t
-  use rigid_types, only: rigid_t, border_t
+  use rigid_types, only: rigid_t
   implicit none
   private
   public :: outer_t, bodies_t, whole_form_t, positions_t, bulk_answer_t, rigid_part_t, &
@@ -32,11 +31,9 @@ module system_parts
     integer :: steady = 0 !! steps on end after which it was the same
     real(wp) :: too_small = 0.0_wp !! damping that has been, or nearly so [force/length]
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
-    real(wp), allocatable :: gone(:) !! (border%n) way of rigid bodies since then [length]
+    real(wp), allocatable :: gone(:) !! (unknowns) way of rigid bodies since then [length]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
-    type(defects_t) :: bulk !! of the condensed form
-    type(carried_t) :: carried !! of the condensed form
   end type pseudo_step_t
 
   !> The connected bodies, and what holds them.
@@ -88,7 +85,6 @@ module system_parts
   !> What the bulk answers to the displacements of the iterate.
   type :: bulk_answer_t
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) internal force of the bulk [force]
-    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
     logical :: linearised = .false. !! the bulk answers by its tangent at the last state
     logical :: known = .false. !! bulk_force is that of u for the next residual
     real(wp), allocatable :: rows(:, :, :) !! (3, 3, nodes) sums of |K| along the rows of each node,
@@ -104,7 +100,7 @@ module system_parts
     type(rigid_t), allocatable :: rigid(:) !! rigid bodies with a point, if there are any
     logical :: ahead = .false. !! they start with the predictor
     integer, allocatable :: carried_by(:) !! (nodes) rigid body whose unknowns move each, 0 for none
-    type(border_t) :: border !! what these unknowns add to the matrix
+    integer :: unknowns = 0 !! of all rigid bodies
   end type rigid_part_t
 
   !> Which contact elements are whose, and what facets they lie on.

@@ -1,49 +1,20 @@
 !> The discrete system: equations, element lists, matrices, and the state that is solved for.
 module system_types
   use kinds, only: wp
-  use solution_settings, only: n_settings, settings_of_deck
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
   use condensed_types, only: condensed_t
-  use touch_path, only: touch_t
+  use touch_types, only: touch_t
   use softening_state, only: softening_t
   use multiplier_types, only: multiplier_motion_t
+  use rigid_types, only: border_t
   use system_parts, only: outer_t, bodies_t, whole_form_t, positions_t, bulk_answer_t, &
     rigid_part_t, contact_places_t, scales_t, wish_t
   use slope_state, only: kept_slopes_t
   use model_types, only: model_t
   implicit none
   private
-  public :: system_t, state_t, settings_t, search_t, form_t
-
-  !> How far an iteration goes along its direction (line_search).
-  type :: search_t
-    real(wp) :: sufficient_decrease = 1.0e-4_wp !! a step is accepted if it lowers the residual by
-    !! this share of its length,
-    real(wp) :: sufficient_shortening = 0.25_wp !! or if it shortens the next simplified direction
-    !! by this share of its length
-    integer :: most_halvings = 8 !! the shortest step is 2 to the power of less this
-    integer :: circling = 4 !! iterations in a row without progress after which the next direction
-    !! does not count any more
-    real(wp) :: flat = 0.1_wp !! where there is an energy, it is least along the direction where its
-    !! slope is this share of that at the iterate,
-    integer :: most_trials = 12 !! after so many trials at most,
-    real(wp) :: least_part = 0.05_wp !! each of which leaves at least this share of the interval out
-    !! on either side
-  end type search_t
-
-  !> When an increment counts as converged, and how far the nonlinear solution goes.
-  type :: settings_t
-    real(wp) :: asked(n_settings) = settings_of_deck%given !! what solution commands have set
-    type(search_t) :: search !! step lengths
-    integer :: most_solves = 50 !! linear solves of one increment
-    logical :: coarsely = .false. !! it is enough to know which points stick, slip and are open
-    integer :: parts = 1 !! an interval between end times begins in so many, a power of 2
-    integer :: most_passes = 8 !! changes of contact targets within one increment
-    real(wp) :: first_energy = 0.0_wp !! the first iteration's counts as this one at least: where a
-    !! start is better than usual [force length]
-    real(wp) :: extrapolation = 1.0e-6_wp !! apex outside its facet at a flat edge, shape functions
-  end type settings_t
+  public :: system_t, state_t, form_t, form_kind_t
 
   !> The state at the last converged time.
   type :: state_t
@@ -58,12 +29,38 @@ module system_types
     type(kept_slopes_t) :: slopes !! derivatives that go on from here, if they are asked for
   end type state_t
 
+  !> Everything that is built once from a model.
+  type :: system_t
+    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    integer :: equations = 0 !! free degrees of freedom
+    type(bulk_list_t) :: bulk !! bulk elements
+    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
+    type(element_list_t) :: contact !! contact elements, one a point
+    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
+    type(touch_t) :: touch !! first touches of the increment
+    type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
+    type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
+    type(cost_t) :: costs !! what it has cost, but for what its form has
+    type(outer_t) :: loads !! loads and springs
+    type(bodies_t) :: body !! connected bodies
+    type(positions_t) :: position !! positions of the nodes
+    type(bulk_answer_t) :: inner !! the bulk's answer
+    type(rigid_part_t) :: tools !! rigid bodies with a point
+    type(contact_places_t) :: place !! where the contact elements are
+    type(scales_t) :: scale !! forces and lengths to compare with
+    logical :: inside_due = .true. !! displacements inside are asked for at the end time
+    integer :: spared = 0 !! end times of the run at which they are not
+    logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
+    logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
+  end type system_t
+
   !> How the linearised system is held: as one sparse matrix (full_form), condensed to the forces of
   !! contact (condensed_form), or with the factors of an earlier state before the true tangent
   !! (reused_form). Newton's method, step length and convergence know no more of it than this:
   !! whatever differs from one form to another is a procedure or a fact here. A procedure that is
   !! null has nothing to do in that form.
-  type :: form_t
+  type :: form_kind_t
     character(8) :: name = '' !! in the log; blank: the name of the back end
     logical :: knows_inside = .true. !! displacements and forces of all nodes are the iterate's
     logical :: has_energy = .true. !! a symmetric tangent is that of an energy along the direction
@@ -74,7 +71,7 @@ module system_types
     ! the start of an increment
     procedure(form_begin), pointer, nopass :: begin => null() !! loads without contact
     procedure(form_act), pointer, nopass :: restart => null() !! at the start, targets chosen
-    procedure(form_act), pointer, nopass :: begin_anew => null() !! the other start after a stall
+    procedure(form_forget), pointer, nopass :: begin_anew => null() !! the other start after a stall
     procedure(form_foresee), pointer, nopass :: foresee => null() !! what a start leaves
     procedure(form_doubt), pointer, nopass :: doubt_start => null() !! once it has been chosen
     procedure(form_take), pointer, nopass :: start_rubbing => null() !! friction at first touches
@@ -84,9 +81,9 @@ module system_types
     procedure(form_bulk), pointer, nopass :: find_bulk_force => null() !! of the bulk at u
     procedure(form_bulk), pointer, nopass :: try_bulk_force => null() !! of the bulk at the trial
     procedure(form_gather), pointer, nopass :: gather => null() !! right-hand side
-    procedure(form_length), pointer, nopass :: place_trial => null() !! at u + length du
+    procedure(form_place), pointer, nopass :: place_trial => null() !! at u + length du
     procedure(form_length), pointer, nopass :: take_trial => null() !! moves the iterate there
-    procedure(form_act), pointer, nopass :: note_drop => null() !! u was moved by a rigid motion
+    procedure(form_note), pointer, nopass :: note_drop => null() !! u was moved by a rigid motion
     procedure(form_take), pointer, nopass :: renew => null() !! what iterations carry on
     ! directions
     procedure(form_direct), pointer, nopass :: find_direction => null() !! tangent, factor, solution
@@ -106,7 +103,7 @@ module system_types
     procedure(form_number), pointer, nopass :: damping_norm => null() !! of its force
     procedure(form_number), pointer, nopass :: direction_norm => null() !! [length]
     procedure(form_number), pointer, nopass :: direction_work => null() !! of the residual
-    procedure(form_number), pointer, nopass :: defect_energy => null() !! of a start off balance
+    procedure(form_own), pointer, nopass :: defect_energy => null() !! of a start off balance
     procedure(form_terms), pointer, nopass :: sum_terms => null() !! of the residual, for round-off
     procedure(form_worst), pointer, nopass :: find_worst => null() !! dof with the largest residual
     procedure(form_resultant), pointer, nopass :: floating_resultant => null() !! of the residual
@@ -115,257 +112,287 @@ module system_types
     procedure(form_act), pointer, nopass :: refresh => null() !! candidates no iteration moves
     procedure(form_act), pointer, nopass :: recover => null() !! all nodes, forces of the bulk
     procedure(form_accept), pointer, nopass :: accept => null() !! the iterate becomes the state
-    procedure(form_act), pointer, nopass :: note_center => null() !! a step begins here
-    procedure(form_act), pointer, nopass :: return_to_center => null() !! back to where it began
-    procedure(form_act), pointer, nopass :: forget_damping => null() !! there is none any more
-  end type form_t
+    procedure(form_note), pointer, nopass :: note_center => null() !! a step begins here
+    procedure(form_note), pointer, nopass :: return_to_center => null() !! back to where it began
+    procedure(form_forget), pointer, nopass :: forget_damping => null() !! there is none any more
+  end type form_kind_t
 
-  !> Everything that is built once from a model.
-  type :: system_t
-    integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    integer :: equations = 0 !! free degrees of freedom
-    type(bulk_list_t) :: bulk !! bulk elements
-    type(volume_list_t) :: volumes !! volumes of nodes, with SOLId NODAl
-    type(element_list_t) :: contact !! contact elements, one a point
-    type(form_t), allocatable :: form !! how its equations are held (allocatable: gfortran 12 fails
-    !! on the component itself)
+  !> The linearised system in its form: what it keeps, is asked for and finds.
+  type :: form_t
+    type(form_kind_t), allocatable :: kind !! allocatable: gfortran 12 fails on the type itself
     type(wish_t) :: wish !! what is asked of the next direction
-    type(condensed_t) :: condensed !! what the condensed form and that of reused factors keep
-    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
-    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
-    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
-    real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
-    real(wp), allocatable :: right(:) !! (equations+border%n) right-hand side [force]
-    real(wp), allocatable :: solution(:) !! (equations+border%n) solution [length]
-    real(wp), allocatable :: next(:) !! (equations+border%n) direction of a trial [length]
-    type(touch_t) :: touch !! first touches of the increment
-    type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
-    type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
-    type(cost_t) :: costs !! cost table
-    type(outer_t) :: loads !! loads and springs
-    type(bodies_t) :: body !! connected bodies
     type(whole_form_t) :: whole !! the matrix as a whole
-    type(positions_t) :: position !! positions of the nodes
-    type(bulk_answer_t) :: inner !! the bulk's answer
-    type(rigid_part_t) :: tools !! rigid bodies with a point
-    type(contact_places_t) :: place !! where the contact elements are
-    type(scales_t) :: scale !! forces and lengths to compare with
-    logical :: inside_due = .true. !! displacements inside are asked for at the end time
-    integer :: spared = 0 !! end times of the run at which they are not
-    logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
-    logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
-  end type system_t
+    type(border_t) :: border !! what the unknowns of rigid bodies add to it
+    type(condensed_t) :: condensed !! what the condensed form and that of reused factors keep
+    real(wp), allocatable :: right(:) !! (equations+unknowns) right-hand side [force]
+    real(wp), allocatable :: solution(:) !! (equations+unknowns) solution [length]
+    real(wp), allocatable :: next(:) !! (equations+unknowns) direction of a trial [length]
+    real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
+    real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
+    real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
+    type(cost_t) :: costs !! what it has cost
+  end type form_t
 
   abstract interface
     !> An increment begins: what its loads do without contact, and where contact forces that are
     !! foretold for its end put the bodies.
-    subroutine form_begin(model, system, state, time, foretold)
-      import :: model_t, system_t, state_t, wp
+    subroutine form_begin(model, system, form, state, time, foretold)
+      import :: model_t, system_t, form_t, state_t, wp
       implicit none
       type(model_t), intent(in) :: model !! loads
       type(system_t), intent(inout) :: system !! position%carried may be moved
+      type(form_t), intent(inout) :: form !! what it keeps of the loads
       type(state_t), intent(in) :: state !! last converged state
       real(wp), intent(in) :: time !! end of the increment
       logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
     end subroutine form_begin
 
-    !> restart: contact elements at the start; begin_anew: the other start after a stall; couple:
-    !! their nodes are others; note_drop: u has been moved by a rigid motion; refresh: nodes that
-    !! no iteration moves, as far as contact may touch them; recover: all nodes and the bulk's
-    !! forces; note_center, return_to_center, forget_damping: of a step of pseudo-time.
-    subroutine form_act(system)
-      import :: system_t
+    !> restart: contact elements at the start; couple: their nodes are others; refresh: nodes that
+    !! no iteration moves, as far as contact may touch them; recover: all nodes, the bulk's forces.
+    subroutine form_act(system, form)
+      import :: system_t, form_t
       implicit none
       type(system_t), intent(inout) :: system !! the iterate
+      type(form_t), intent(inout) :: form !! what goes with it
     end subroutine form_act
 
-    !> A residual that the start without the predictor leaves at least, where that costs little.
-    subroutine form_foresee(system, known, norm)
-      import :: system_t, wp
+    !> note_drop: u has been moved by a rigid motion; note_center, return_to_center: of a step of
+    !! pseudo-time.
+    subroutine form_note(system, form)
+      import :: system_t, form_t
       implicit none
-      type(system_t), intent(inout) :: system !! u is that start
+      type(system_t), intent(in) :: system !! the iterate
+      type(form_t), intent(inout) :: form !! what goes with it
+    end subroutine form_note
+
+    !> begin_anew: the other start after a stall; forget_damping: there is none any more.
+    subroutine form_forget(form)
+      import :: form_t
+      implicit none
+      type(form_t), intent(inout) :: form !! forgets what it knows of that
+    end subroutine form_forget
+
+    !> A residual that the start without the predictor leaves at least, where that costs little.
+    subroutine form_foresee(system, form, known, norm)
+      import :: system_t, form_t, wp
+      implicit none
+      type(system_t), intent(in) :: system !! u is that start
+      type(form_t), intent(inout) :: form !! may find that state
       logical, intent(out) :: known !! there is such a number
       real(wp), intent(out) :: norm !! the residual [force]
     end subroutine form_foresee
 
     !> The start that has been chosen is too far away for what the form takes it for.
-    subroutine form_doubt(system, x, doubtful)
-      import :: system_t, wp
+    subroutine form_doubt(system, form, x, doubtful)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! u is the start
+      type(system_t), intent(in) :: system !! u is the start
+      type(form_t), intent(inout) :: form !! may forget that its factors are near
       real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
       logical, intent(out) :: doubtful !! another choice is due
     end subroutine form_doubt
 
     !> start_rubbing: u is in balance with the friction that was foretold; renew: what has been
     !! carried on from iteration to iteration is computed anew, the residual is due again.
-    subroutine form_take(system, taken)
-      import :: system_t
+    subroutine form_take(system, form, taken)
+      import :: system_t, form_t
       implicit none
       type(system_t), intent(inout) :: system !! u given
+      type(form_t), intent(inout) :: form !! what goes with it
       logical, intent(out) :: taken !! there was something to be done
     end subroutine form_take
 
     !> The contact elements of a saved state: the order of elimination is that of its run.
-    subroutine form_couple_saved(model, system, targets)
-      import :: model_t, system_t
+    subroutine form_couple_saved(model, system, form, targets)
+      import :: model_t, system_t, form_t
       implicit none
       type(model_t), intent(in) :: model !! pairs
       type(system_t), intent(inout) :: system !! gets contact elements, pattern
+      type(form_t), intent(inout) :: form !! gets the pattern
       integer, intent(in) :: targets(:) !! (contact elements) facets when the pattern was built
     end subroutine form_couple_saved
 
     !> Internal forces of the bulk at u, or at the trial, as far as the residual wants them.
-    subroutine form_bulk(system, x)
-      import :: system_t, wp
+    subroutine form_bulk(system, form, x)
+      import :: system_t, form_t, wp
       implicit none
       type(system_t), intent(inout) :: system !! gets inner%bulk_force
+      type(form_t), intent(inout) :: form !! its matrix
       real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     end subroutine form_bulk
 
-    !> Puts the trial at u + length du, or moves the iterate there.
-    subroutine form_length(system, length)
-      import :: system_t, wp
+    !> Puts the trial at u + length du.
+    subroutine form_place(system, form, length)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! trial, or u and what goes with it
+      type(system_t), intent(in) :: system !! u given
+      type(form_t), intent(inout) :: form !! du given; gets trial
+      real(wp), intent(in) :: length !! share of du
+    end subroutine form_place
+
+    !> Moves the iterate to u + length du.
+    subroutine form_length(system, form, length)
+      import :: system_t, form_t, wp
+      implicit none
+      type(system_t), intent(inout) :: system !! gets u and what goes with it
+      type(form_t), intent(inout) :: form !! the trial
       real(wp), intent(in) :: length !! share of du
     end subroutine form_length
 
     !> Right-hand side: forces out of balance.
-    subroutine form_gather(system, length, tried)
-      import :: system_t, wp
+    subroutine form_gather(system, form, length, tried)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! forces given; gets right
+      type(system_t), intent(in) :: system !! forces given
+      type(form_t), intent(inout) :: form !! gets right
       real(wp), intent(in) :: length !! share of the direction
       logical, intent(in) :: tried !! forces are those of the trial
     end subroutine form_gather
 
     !> Tangent, factor, direction.
-    subroutine form_direct(system, x, outcome)
-      import :: system_t, wp
+    subroutine form_direct(system, form, x, outcome)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! right, wish given; gets solution, du
+      type(system_t), intent(inout) :: system !! forces, tangents of contact
+      type(form_t), intent(inout) :: form !! right, wish given; gets solution, du
       real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
       integer, intent(out) :: outcome !! one of the outcomes of back_ends
     end subroutine form_direct
 
     !> The direction that the factor at hand gives for the present residual.
-    subroutine form_repeat(system, found)
-      import :: system_t
+    subroutine form_repeat(system, form, found)
+      import :: system_t, form_t
       implicit none
-      type(system_t), intent(inout) :: system !! right given; gets solution, du
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(inout) :: form !! right given; gets solution, du
       logical, intent(out) :: found !! there is one
     end subroutine form_repeat
 
     !> After an iteration its tangent may serve for more steps.
-    pure logical function form_may(system, start, linearised)
-      import :: system_t, wp
+    pure logical function form_may(system, form, start, linearised)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(in) :: system !! the iterate
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(in) :: form !! its tangent
       real(wp), intent(in) :: start !! residual before that iteration [force]
       logical, intent(in) :: linearised !! its tangent was the bulk's of the last state
     end function form_may
 
     !> repeats_by_iteration: a direction by the factor at hand costs about as much as a new tangent;
     !! repeats_while_promising: it is tried again while each leaves little alone.
-    pure logical function form_ask(system)
-      import :: system_t
+    pure logical function form_ask(form)
+      import :: form_t
       implicit none
-      type(system_t), intent(in) :: system !! its tangent at hand
+      type(form_t), intent(in) :: form !! its tangent at hand
     end function form_ask
 
     !> What a step has left is judged, by a form whose factors may be too old.
-    subroutine form_judge(system, start, length)
-      import :: system_t, wp
+    subroutine form_judge(system, form, start, length)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! residual after the step
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(inout) :: form !! residual after the step
       real(wp), intent(in) :: start !! norm of the residual before it [force]
       real(wp), intent(in) :: length !! share of its direction that it went
     end subroutine form_judge
 
     !> The same after a step with the factor at hand.
-    subroutine form_left(system, left)
-      import :: system_t, wp
+    subroutine form_left(form, left)
+      import :: form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! the form's memory of it
+      type(form_t), intent(inout) :: form !! its memory of it
       real(wp), intent(in) :: left !! share of the residual that it has left
     end subroutine form_left
 
     !> residual_norm, largest_resultant (of a floating body), damping_norm [force]; direction_norm
-    !! [length]; direction_work (of the residual on the direction), defect_energy (of the change of
-    !! force on what displacements lack) [force length].
-    pure real(wp) function form_number(system)
-      import :: system_t, wp
+    !! [length]; direction_work (of the residual on the direction) [force length].
+    pure real(wp) function form_number(system, form)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(in) :: system !! residual and direction
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(in) :: form !! residual and direction
     end function form_number
+
+    !> Energy of the change of force on what displacements lack [force length].
+    pure real(wp) function form_own(form)
+      import :: form_t, wp
+      implicit none
+      type(form_t), intent(in) :: form !! direction given
+    end function form_own
 
     !> Of the direction that the factor at hand gives for the residual of the trial: its length, or
     !! the work of the residual on it.
-    real(wp) function form_next(system)
-      import :: system_t, wp
+    real(wp) function form_next(system, form)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! right of the trial given; next is used
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(inout) :: form !! right of the trial given; next is used
     end function form_next
 
     !> Norm of the terms that the residual sums, but for those of contact.
-    subroutine form_terms(system, terms)
-      import :: system_t, wp
+    subroutine form_terms(system, form, terms)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! u given; trial is used
+      type(system_t), intent(in) :: system !! u given
+      type(form_t), intent(inout) :: form !! trial is used
       real(wp), intent(out) :: terms !! [force]
     end subroutine form_terms
 
     !> The node and dof with the largest residual, 0 if no dof is free.
-    pure subroutine form_worst(system, node, dof, value)
-      import :: system_t, wp
+    pure subroutine form_worst(system, form, node, dof, value)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(in) :: system !! right given
+      type(system_t), intent(in) :: system !! its equations
+      type(form_t), intent(in) :: form !! right given
       integer, intent(out) :: node, dof !! where
       real(wp), intent(out) :: value !! the residual there [force]
     end subroutine form_worst
 
     !> Resultant of the residual on a floating body: force, and moment over the size of its motions;
     !! null: it is the sum over its nodes.
-    pure function form_resultant(system, body) result(force)
-      import :: system_t, wp
+    pure function form_resultant(system, form, body) result(force)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(in) :: system !! right given
+      type(system_t), intent(in) :: system !! its bodies
+      type(form_t), intent(in) :: form !! right given
       integer, intent(in) :: body !! the body
       real(wp) :: force(6)
     end function form_resultant
 
     !> The nodes whose displacement is that of the iterate; null: all.
-    pure subroutine form_mask(system, placed)
-      import :: system_t
+    pure subroutine form_mask(form, placed)
+      import :: form_t
       implicit none
-      type(system_t), intent(in) :: system !! the iterate
+      type(form_t), intent(in) :: form !! which nodes it follows
       logical, intent(out) :: placed(:) !! (nodes)
     end subroutine form_mask
 
     !> Displacements that forces bring by themselves, with the tangent at hand.
-    subroutine form_answer(system, force, du)
-      import :: system_t, wp
+    subroutine form_answer(system, form, force, du)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! tangent at hand; next is used
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(inout) :: form !! tangent at hand; next is used
       real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
       real(wp), intent(out) :: du(:, :) !! (3, nodes) [length]
     end subroutine form_answer
 
     !> The direction becomes that of the residual with forces that come beside it.
-    subroutine form_push(system, force)
-      import :: system_t, wp
+    subroutine form_push(system, form, force)
+      import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! tangent at hand; gets solution, du
+      type(system_t), intent(in) :: system !! the problem
+      type(form_t), intent(inout) :: form !! tangent at hand; gets solution, du
       real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
     end subroutine form_push
 
     !> The iterate has converged: displacements that are wanted of it, and what the form keeps.
-    subroutine form_accept(model, system, known, whole)
-      import :: model_t, system_t
+    subroutine form_accept(model, system, form, known, whole)
+      import :: model_t, system_t, form_t
       implicit none
       type(model_t), intent(in) :: model !! output requests
       type(system_t), intent(inout) :: system !! converged
+      type(form_t), intent(inout) :: form !! what it keeps from state to state
       logical, intent(in) :: known !! the displacements inside are known
       logical, intent(out) :: whole !! they are those of the state; else sums stand in for them
     end subroutine form_accept

@@ -2,6 +2,7 @@
 !! initiation", eqs. (10.5), (10.6), (10.7), (10.8)).
 module touch_path
   use kinds, only: wp
+  use touch_types, only: touch_t
   use contact_types, only: pair_t, master_surface_t, contact_point_t
   use contact_points, only: point_facet, corner_weights
   use facet_geometry, only: project_on_facet, barycentric, facet_normal, corners
@@ -13,13 +14,8 @@ module touch_path
     n_patch_values
   implicit none
   private
-  public :: touch_t, touch_none, touch_waits, touch_known
   public :: touch_time, way_before, closing_time, first_target, meet, free_way, never
 
-  !> Friction acts everywhere; it waits at points that were open; they have met the surface.
-  integer, parameter :: touch_none = 0
-  integer, parameter :: touch_waits = 1
-  integer, parameter :: touch_known = 2
   !> The first touch of a body that touches nothing in the increment.
   real(wp), parameter :: free_way = 1.0_wp
   !> Time of a point that does not come closer on its free way.
@@ -31,19 +27,6 @@ module touch_path
   real(wp), parameter :: behind_front = 2.0_wp/3.0_wp
   !> Facets that a point may pass on its way.
   integer, parameter :: longest_walk = 1000
-
-  !> What an increment knows of first touches, and the state before the last one.
-  type :: touch_t
-    integer :: stage = touch_none !! one of the stages
-    real(wp) :: span = 0.0_wp !! length of this increment [time]
-    real(wp) :: span_before = 0.0_wp !! of the last one, 0 if it is not known [time]
-    real(wp), allocatable :: u_before(:, :) !! (3, nodes) displacements at its start [length]
-    logical, allocatable :: waits(:, :) !! (0:bodies, pairs) friction waits at open points
-    logical, allocatable :: empty(:, :) !! (0:bodies, pairs) the body touched nothing of the pair
-    real(wp), allocatable :: start(:, :) !! (0:bodies, pairs) first touch, share of the increment
-    real(wp), allocatable :: x_free(:, :) !! (3, nodes) positions without a touch [length]
-    real(wp), allocatable :: x_end(:, :) !! (3, nodes) without friction at new points [length]
-  end type touch_t
 
 contains
 

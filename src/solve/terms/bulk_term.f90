@@ -7,7 +7,7 @@ module bulk_term
   use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_mean, d_own
   use bulk_laws, only: bulk_law
   use bulk_memory, only: memory_shape
-  use element_lists, only: allocate_bulk, bulk_list_t
+  use element_lists, only: allocate_bulk, bulk_list_t, volume_list_t
   use elmlib, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
   use block_matrix, only: block_matrix_t, sum_absolute
@@ -17,12 +17,12 @@ module bulk_term
   use nodal_dilatation, only: list_volumes, add_volume_forces, add_volume_tangent
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t, whole_form_t, outer_t
   implicit none
   private
   public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
-    form_bulk_force, &
-    form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step, jumps_little
+    form_bulk_force, form_bulk_trial, form_bulk_tangent, form_bulk_change, bulk_step, jumps_little
 
   !> A step ends at this share of the way to where an element would be turned inside out.
   real(wp), parameter :: safe_share = 0.9_wp
@@ -32,36 +32,39 @@ module bulk_term
 contains
 
   !> Elements, graph and first tangent; nothing else is formed in a run whose bulk is linear.
-  subroutine build_bulk(model, system)
+  subroutine build_bulk(model, system, form)
     type(model_t), intent(in) :: model !! the problem
     type(system_t), intent(inout) :: system !! u given; gets bulk, bulk_matrix, bulk_force, stiffest
+    type(form_t), intent(inout) :: form !! gets matrix
 
     call list_bulk(model, system%bulk)
     call list_volumes(model, system%volumes)
-    call begin_cost(system%costs, cost_pattern)
-    call build_graph(model%mesh%nodes, system%bulk, system%whole%bulk_matrix, third=system%volumes)
-    if (.not. system%bulk%linear) call locate_elements(system%whole%bulk_matrix, system%bulk)
-    call end_cost(system%costs, cost_pattern)
+    call begin_cost(form%costs, cost_pattern)
+    call build_graph(model%mesh%nodes, system%bulk, form%whole%bulk_matrix, third=system%volumes)
+    if (.not. system%bulk%linear) call locate_elements(form%whole%bulk_matrix, system%bulk)
+    call end_cost(form%costs, cost_pattern)
     system%inner%bulk_force = 0.0_wp
-    call add_tangent_at(model%mesh%x, system%u, system)
+    call add_tangent_at(model%mesh%x, system%u, system%bulk, system%volumes, system%loads, &
+      system%inner, form)
     if (.not. system%bulk%linear) then
       allocate (system%inner%rows(3, 3, model%mesh%nodes))
-      call sum_absolute(system%whole%bulk_matrix, system%inner%rows)
+      call sum_absolute(form%whole%bulk_matrix, system%inner%rows)
     end if
-    if (size(system%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
-      maxval(abs(system%whole%bulk_matrix%val))
+    if (size(form%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
+      maxval(abs(form%whole%bulk_matrix%val))
   end subroutine build_bulk
 
   !> Forms the values anew that have been given to a solver.
-  subroutine take_bulk_back(x, system)
+  subroutine take_bulk_back(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! bulk_matrix has values again
+    type(system_t), intent(in) :: system !! bulk_matrix has values again
+    type(form_t), intent(inout) :: form !! gets matrix
 
-    if (.not. system%whole%given) return
-    system%whole%given = .false.
-    system%whole%restrained = block_matrix_t()
-    allocate (system%whole%bulk_matrix%val(3, 3, size(system%whole%bulk_matrix%row)))
-    call form_solid_tangent(x, system%u, system)
+    if (.not. form%whole%given) return
+    form%whole%given = .false.
+    form%whole%restrained = block_matrix_t()
+    allocate (form%whole%bulk_matrix%val(3, 3, size(form%whole%bulk_matrix%row)))
+    call form_solid_tangent(x, system%u, system, form)
   end subroutine take_bulk_back
 
   !> Lists the elements; those of rigid materials take no part.
@@ -114,76 +117,90 @@ contains
   end function kinematics
 
   !> Tangent and force at a state.
-  subroutine form_tangent_at(x, u, system)
+  subroutine form_tangent_at(x, u, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
+    type(form_t), intent(inout) :: form !! gets matrix
 
-    system%whole%bulk_matrix%val = 0.0_wp
-    system%inner%bulk_force = 0.0_wp
-    call add_tangent_at(x, u, system)
+    form%whole%bulk_matrix%val = 0.0_wp
+    inner%bulk_force = 0.0_wp
+    call add_tangent_at(x, u, bulk, volumes, loads, inner, form)
   end subroutine form_tangent_at
 
   !> Tangent and force at a state, added to what is there.
-  subroutine add_tangent_at(x, u, system)
+  subroutine add_tangent_at(x, u, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix, bulk_force
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
+    type(form_t), intent(inout) :: form !! gets matrix
 
-    call begin_cost(system%costs, cost_bulk_tangent)
-    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
-      system%inner%inverted, system%whole%bulk_matrix)
-    if (system%inner%inverted == 0) then
-      call add_volume_forces(x, u, system)
-      call add_volume_tangent(x, u, system)
+    call begin_cost(form%costs, cost_bulk_tangent)
+    call assemble_bulk(bulk, x, u, inner%bulk_force, inner%bulk_energy, &
+      inner%inverted, form%whole%bulk_matrix)
+    if (inner%inverted == 0) then
+      call add_volume_forces(x, u, bulk, volumes, inner)
+      call add_volume_tangent(x, u, bulk, volumes, form%whole)
     end if
-    call add_springs(system%loads, system%whole)
-    call add_spring_forces(u, system%loads, system%inner)
-    call add_pressure_tangent(x, u, system%loads, system%whole)
-    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
-    call end_cost(system%costs, cost_bulk_tangent)
+    call add_springs(loads, form%whole)
+    call add_spring_forces(u, loads, inner)
+    call add_pressure_tangent(x, u, loads, form%whole)
+    call add_pressure_force(x, u, -1.0_wp, loads, inner%bulk_force)
+    call end_cost(form%costs, cost_bulk_tangent)
   end subroutine add_tangent_at
 
   !> Tangent of elements, volumes and springs alone at a state, which is symmetric.
-  subroutine form_solid_tangent(x, u, system)
+  subroutine form_solid_tangent(x, u, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
+    type(system_t), intent(in) :: system !! the problem
+    type(form_t), intent(inout) :: form !! gets bulk_matrix
     real(wp) :: force(3, size(x, 2)), energy
     integer :: inverted
 
-    call begin_cost(system%costs, cost_bulk_tangent)
+    call begin_cost(form%costs, cost_bulk_tangent)
     force = 0.0_wp
-    system%whole%bulk_matrix%val = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, force, energy, inverted, system%whole%bulk_matrix)
-    if (inverted == 0) call add_volume_tangent(x, u, system)
-    call add_springs(system%loads, system%whole)
-    call end_cost(system%costs, cost_bulk_tangent)
+    form%whole%bulk_matrix%val = 0.0_wp
+    call assemble_bulk(system%bulk, x, u, force, energy, inverted, form%whole%bulk_matrix)
+    if (inverted == 0) call add_volume_tangent(x, u, system%bulk, system%volumes, form%whole)
+    call add_springs(system%loads, form%whole)
+    call end_cost(form%costs, cost_bulk_tangent)
   end subroutine form_solid_tangent
 
   !> Start of an increment. Factors that precede an iteration are near to begin with.
-  subroutine start_bulk(u, system)
+  subroutine start_bulk(u, bulk, inner, form)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
-    type(system_t), intent(inout) :: system !! gets u_start; linearised, near of condensed
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets u_start, linearised
+    type(form_t), intent(inout) :: form !! gets its kind
 
-    if (system%bulk%linear) return
-    system%inner%u_start = u
-    system%inner%linearised = .false.
-    system%form%near = system%form%inexact
+    if (bulk%linear) return
+    inner%u_start = u
+    inner%linearised = .false.
+    form%kind%near = form%kind%inexact
   end subroutine start_bulk
 
   !> To the start of the increment, or back there: what is prescribed jumps, and may turn elements
   !! next to it inside out. So the bulk answers the jump by its tangent at the last state until a
   !! first step has been taken; where factors are near it answers as it is.
-  subroutine return_bulk(x, system)
+  subroutine return_bulk(x, bulk, volumes, loads, inner, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u_start given; gets bulk_matrix, bulk_start,
-    !! linearised
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_start, linearised
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
 
-    if (system%bulk%linear .or. system%inner%linearised .or. system%form%near) return
-    call form_tangent_at(x, system%inner%u_start, system)
-    system%inner%bulk_start = system%inner%bulk_force
-    system%inner%linearised = .true.
+    if (bulk%linear .or. inner%linearised .or. form%kind%near) return
+    call form_tangent_at(x, inner%u_start, bulk, volumes, loads, inner, form)
+    inner%bulk_start = inner%bulk_force
+    inner%linearised = .true.
   end subroutine return_bulk
 
   !> The start that has been chosen strains the bulk little, so that it can answer as it is.
@@ -199,87 +216,96 @@ contains
   end function jumps_little
 
   !> Internal force at u.
-  subroutine form_bulk_force(x, system)
+  subroutine form_bulk_force(x, system, whole)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u given; gets bulk_force
+    type(whole_form_t), intent(inout) :: whole !! gets matrix
 
     if (system%bulk%linear) then
-      call multiply_bulk(system%equation, system%whole, system%u, system%inner%bulk_force)
+      call multiply_bulk(system%equation, whole, system%u, system%inner%bulk_force)
     else if (system%inner%linearised) then
-      call multiply_bulk(system%equation, system%whole, system%u - system%inner%u_start, &
+      call multiply_bulk(system%equation, whole, system%u - system%inner%u_start, &
         system%inner%bulk_force)
       system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
     else
-      call form_force_at(x, system%u, system)
+      call form_force_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner)
     end if
   end subroutine form_bulk_force
 
   !> Internal force at a trial; that of a linear bulk follows from bulk_change, unless nodes turn
   !! with rigid bodies.
-  subroutine form_bulk_trial(x, system)
+  subroutine form_bulk_trial(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear in
     !! the share of the step
+    type(form_t), intent(inout) :: form !! trial given; gets matrix
 
     if (.not. system%bulk%linear) then
-      call form_force_at(x, system%trial, system)
-    else if (system%tools%border%n > 0) then
-      call multiply_bulk(system%equation, system%whole, system%trial, system%inner%bulk_force)
+      call form_force_at(x, form%trial, system%bulk, system%volumes, system%loads, system%inner)
+    else if (system%tools%unknowns > 0) then
+      call multiply_bulk(system%equation, form%whole, form%trial, system%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
   !> Internal force at a state.
-  subroutine form_force_at(x, u, system)
+  subroutine form_force_at(x, u, bulk, volumes, loads, inner)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
-    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy, inverted
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force, bulk_energy,
+    !! inverted
 
-    system%inner%bulk_force = 0.0_wp
-    call assemble_bulk(system%bulk, x, u, system%inner%bulk_force, system%inner%bulk_energy, &
-      system%inner%inverted)
-    if (system%inner%inverted == 0) call add_volume_forces(x, u, system)
-    call add_spring_forces(u, system%loads, system%inner)
-    call add_pressure_force(x, u, -1.0_wp, system, system%inner%bulk_force)
+    inner%bulk_force = 0.0_wp
+    call assemble_bulk(bulk, x, u, inner%bulk_force, inner%bulk_energy, inner%inverted)
+    if (inner%inverted == 0) call add_volume_forces(x, u, bulk, volumes, inner)
+    call add_spring_forces(u, loads, inner)
+    call add_pressure_force(x, u, -1.0_wp, loads, inner%bulk_force)
   end subroutine form_force_at
 
   !> Tangent at u; that of a linear bulk never changes.
-  subroutine form_bulk_tangent(x, system)
+  subroutine form_bulk_tangent(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! gets bulk_matrix
+    type(form_t), intent(inout) :: form !! gets matrix
 
     if (system%bulk%linear .or. system%inner%linearised) return
-    call form_tangent_at(x, system%u, system)
+    call form_tangent_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner, form)
   end subroutine form_bulk_tangent
 
   !> What a linear bulk answers to a direction.
-  subroutine form_bulk_change(system)
-    type(system_t), intent(inout) :: system !! du given; gets bulk_change
+  subroutine form_bulk_change(system, form)
+    type(system_t), intent(in) :: system !! du given
+    type(form_t), intent(inout) :: form !! gets bulk_change
 
-    if (system%bulk%linear .and. system%tools%border%n == 0) call multiply_bulk(system%equation, &
-      system%whole, system%du, system%inner%bulk_change)
+    if (system%bulk%linear .and. system%tools%unknowns == 0) call multiply_bulk(system%equation, &
+      form%whole, form%du, form%bulk_change)
   end subroutine form_bulk_change
 
   !> Share of the direction that no element is turned inside out by. The first step of an increment
   !! starts from the last state and is taken as a whole or not at all.
-  subroutine bulk_step(x, system, share)
+  subroutine bulk_step(x, bulk, u, inner, du, share)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! du given; gets inverted if the share is short
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets inverted if the share is
+    !! short
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp), intent(out) :: share !! at most 1; 0: the first step cannot be taken
     real(wp) :: reach
     integer :: worst
 
     share = 1.0_wp
-    if (system%bulk%linear) return
-    system%inner%inverted = 0
-    if (system%inner%linearised) then
-      call find_bulk_reach(system%bulk, x, system%inner%u_start, system%u + system%du - &
-        system%inner%u_start, &
-        reach, worst)
+    if (bulk%linear) return
+    inner%inverted = 0
+    if (inner%linearised) then
+      call find_bulk_reach(bulk, x, inner%u_start, u + du - inner%u_start, reach, worst)
       if (safe_share*reach < 1.0_wp) share = 0.0_wp
     else
-      call find_bulk_reach(system%bulk, x, system%u, system%du, reach, worst)
+      call find_bulk_reach(bulk, x, u, du, reach, worst)
       share = min(1.0_wp, safe_share*reach)
     end if
-    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) system%inner%inverted = worst
+    if (share <= 0.0_wp .or. reach < huge(1.0_wp)) inner%inverted = worst
   end subroutine bulk_step
 end module bulk_term

@@ -10,6 +10,7 @@ module candidates
   use candidate_sweep, only: sweep_pair
   use predictor, only: carry_bodies, turn_bodies
   use system_types, only: system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: foresee_candidates, dense_share, list_facets, add_ring, mark_touched
@@ -85,17 +86,17 @@ contains
   !> Cost of the condensed form over that of factors of the whole matrix: rows, three for each point
   !! that can touch or one for each degree of freedom that it can reach, and the compliances with
   !! their products (doc/theory, "Choice of the solver", eq. (12.19)).
-  pure real(wp) function dense_share(model, system) result(share)
+  pure real(wp) function dense_share(model, system, condensed) result(share)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! candidates of condensed
+    type(condensed_t), intent(in) :: condensed !! what the condensed form keeps
     real(wp) :: rows
     integer :: k, p, points, dofs(system%body%bodies), equations(system%body%bodies)
 
     points = 0
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))/model%pairs(k)%points%slots
-        if (any(system%condensed%candidate(model%pairs(k)%points%point_nodes(:, p)))) points = &
-          points + 1
+        if (any(condensed%candidate(model%pairs(k)%points%point_nodes(:, p)))) points = points + 1
       end do
     end do
     dofs = 0
@@ -104,7 +105,7 @@ contains
       associate (b => system%body%node_body(k), n => count(system%equation(:, k) > 0))
         if (n == 0) cycle
         equations(b) = equations(b) + n
-        if (system%condensed%candidate(k)) dofs(b) = dofs(b) + n
+        if (condensed%candidate(k)) dofs(b) = dofs(b) + n
       end associate
     end do
     rows = real(min(3*points, sum(dofs)), wp)
@@ -190,9 +191,8 @@ contains
     do k = 1, size(model%conditions%loads)
       call add_displacement(model%conditions%loads(k), 1.0_wp, motion(:, :, k))
       where (system%equation > 0) motion(:, :, k) = 0.0_wp
-      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, &
-        system%body%bodies, rest, &
-        motion(:, :, k))
+      call carry_bodies(model%mesh%x, system%equation, system%body%node_body, system%body%bodies, &
+        rest, motion(:, :, k))
     end do
   end subroutine rigid_motions
 
@@ -257,14 +257,15 @@ contains
   end subroutine add_patch_rings
 
   !> Marks the nodes of all contact elements, and of the facets that bend smooth ones.
-  pure subroutine mark_touched(system)
-    type(system_t), intent(inout) :: system !! contact elements; gets candidate
-    logical :: bent(size(system%condensed%candidate)), smooth
+  pure subroutine mark_touched(system, condensed)
+    type(system_t), intent(in) :: system !! contact elements
+    type(condensed_t), intent(inout) :: condensed !! gets candidate
+    logical :: bent(size(condensed%candidate)), smooth
     integer :: k, a
 
     smooth = any(system%contact%routine == routine_smooth)
     if (smooth) bent = .false.
-    associate (candidate => system%condensed%candidate, list => system%contact)
+    associate (candidate => condensed%candidate, list => system%contact)
       do k = 1, list%n
         if (list%routine(k) == routine_none) cycle
         do a = 1, list%nel(k)
@@ -277,7 +278,7 @@ contains
         if (list%slaves(k) > 1) bent(list%ix(1:list%slaves(k), k)) = .true.
       end do
       if (.not. smooth) return
-      call add_patch_rings(system%condensed%facets, bent)
+      call add_patch_rings(condensed%facets, bent)
       candidate = candidate .or. (bent .and. any(system%equation > 0, 1))
     end associate
   end subroutine mark_touched

@@ -9,7 +9,7 @@ module contact_report
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, point_text
   use model_types, only: model_t
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: worst_contact, restless_point, closed_points, all_slip, has_friction
@@ -18,9 +18,10 @@ contains
 
   !> The contact point that tells most about a body: of its closed points the one whose nodes carry
   !! the largest residual, else the one closest to its surface; empty if the body is in no pair.
-  function worst_contact(model, system, body) result(t)
+  function worst_contact(model, system, form, body) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! residual formed at u
+    type(form_t), intent(in) :: form !! right
     integer, intent(in) :: body !! the body, 0 for all
     character(:), allocatable :: t
     real(wp) :: part, largest
@@ -33,7 +34,8 @@ contains
       do p = system%place%first_point(k), system%place%first_point(k + 1) - 1
         if (system%contact%status(p) <= status_open) cycle
         if (.not. is_of_body(system, p, body)) cycle
-        part = residual_at(system, system%contact%ix(1:system%contact%nel(p), p))
+        part = residual_at(system%equation, form%right, system%contact%ix(1:system%contact%nel(p), &
+          p))
         if (part <= largest) cycle
         largest = part
         worst_pair = k
@@ -43,10 +45,9 @@ contains
     if (worst == 0) then
       t = closest_point(model, system, body)
     else
-      t = point_line(model, system, worst_pair, &
-        worst - system%place%first_point(worst_pair) + 1, master_nodes(system%contact, worst), &
-        merge('stick', 'slip ', system%contact%status(worst) == status_stick))// &
-        ', residual '//to_text(largest, 4)
+      t = point_line(model, system%u, worst_pair, worst - system%place%first_point(worst_pair) + &
+        1, master_nodes(system%contact, worst), merge('stick', 'slip ', &
+        system%contact%status(worst) == status_stick))//', residual '//to_text(largest, 4)
     end if
   end function worst_contact
 
@@ -81,15 +82,14 @@ contains
       end do
     end do
     if (best_pair == 0) return
-    t = point_line(model, system, best_pair, best(1), model%pairs(best_pair)%surface%facets(:, &
-      best(2)), &
-      'open')
+    t = point_line(model, system%u, best_pair, best(1), model%pairs(best_pair)%surface%facets(:, &
+      best(2)), 'open')
   end function closest_point
 
   !> The line that names a point.
-  function point_line(model, system, pair, point, facet, status) result(t)
+  function point_line(model, u, pair, point, facet, status) result(t)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(in) :: system !! u given
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     integer, intent(in) :: pair !! the pair
     integer, intent(in) :: point !! slave point of the pair
     integer, intent(in) :: facet(3) !! corners of the facet
@@ -97,8 +97,8 @@ contains
     character(:), allocatable :: t
     real(wp) :: xi(2), gap
 
-    call project_on_facet(model%mesh%x(:, facet) + system%u(:, facet), &
-      point_position(model%pairs(pair), point, model%mesh%x + system%u), xi, gap)
+    call project_on_facet(model%mesh%x(:, facet) + u(:, facet), &
+      point_position(model%pairs(pair), point, model%mesh%x + u), xi, gap)
     t = '  worst contact point: pair '//model%pairs(pair)%name//', slave ' &
       //point_text(model%pairs(pair), point)//', '//facet_words(model%pairs(pair), facet)//': ' &
       //trim(status)//', gap '//to_text(gap, 4)
@@ -197,16 +197,17 @@ contains
   end function is_of_body
 
   !> Largest component of the residual at some nodes.
-  pure real(wp) function residual_at(system, nodes) result(largest)
-    type(system_t), intent(in) :: system !! right given
+  pure real(wp) function residual_at(equation, right, nodes) result(largest)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) right-hand side [force]
     integer, intent(in) :: nodes(:) !! the nodes
     integer :: i, k
 
     largest = 0.0_wp
     do i = 1, size(nodes)
       do k = 1, 3
-        if (system%equation(k, nodes(i)) == 0) cycle
-        largest = max(largest, abs(system%right(system%equation(k, nodes(i)))))
+        if (equation(k, nodes(i)) == 0) cycle
+        largest = max(largest, abs(right(equation(k, nodes(i)))))
       end do
     end do
   end function residual_at

@@ -2,7 +2,7 @@
 module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells, cost_t
-  use element_types, only: status_off, status_open, status_stick, status_slip
+  use element_types, only: status_off, status_open
   use elmlib, only: routine_none
   use element_lists, only: element_list_t
   use elmt03, only: d03_epsilon
@@ -23,10 +23,10 @@ module contact_system
   use first_touch, only: withhold_friction, place_touches
   use softening, only: hold_coefficients
   use system_types, only: system_t
-  use system_parts, only: positions_t
+  use system_parts, only: positions_t, contact_places_t
   implicit none
   private
-  public :: restart_points, move_targets, load_contact, settle_contact, contact_counts
+  public :: restart_points, move_targets, load_contact, settle_contact
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: open_radii = 1.0_wp
@@ -158,48 +158,36 @@ contains
     end associate
   end subroutine place_nodes
 
-  !> Numbers of closed, sticking and slipping points of a range of contact elements.
-  pure subroutine contact_counts(system, first, last, active, stick, slip)
-    type(system_t), intent(in) :: system !! the system
-    integer, intent(in) :: first !! first element
-    integer, intent(in) :: last !! last element
-    integer, intent(out) :: active !! closed
-    integer, intent(out) :: stick !! sticking
-    integer, intent(out) :: slip !! slipping
-
-    stick = count(system%contact%status(first:last) == status_stick)
-    slip = count(system%contact%status(first:last) == status_slip)
-    active = stick + slip
-  end subroutine contact_counts
-
   !> Hands status and apexes of the elements to the working points of the pairs, and what friction
   !! has dissipated (doc/theory, "Dissipation", eq. (4.9)).
-  subroutine keep_status(model, system)
+  subroutine keep_status(model, contact, position, place)
     type(model_t), intent(inout) :: model !! pairs: status of new
-    type(system_t), intent(in) :: system !! contact elements
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
     real(wp) :: way(3)
     integer :: k, p, element
 
     do k = 1, size(model%pairs)
       if (allocated(model%pairs(k)%nodes%owner)) cycle
       do p = 1, count_points(model%pairs(k))
-        element = system%place%first_point(k) + p - 1
+        element = place%first_point(k) + p - 1
         associate (point => model%pairs(k)%history%new(p))
-          point%status = system%contact%status(element)
+          point%status = contact%status(element)
           point%path = 0.0_wp
           if (point%status <= status_open) then
             point%way = 0.0_wp
             cycle
           end if
-          way = way_of_apex(system%contact, element, system%position%x_now)
-          point%dissipation = point%dissipation + system%contact%d(d03_epsilon, element) &
-            *dot_product(system%contact%slip(:, element), way)
+          way = way_of_apex(contact, element, position%x_now)
+          point%dissipation = point%dissipation + contact%d(d03_epsilon, element) &
+            *dot_product(contact%slip(:, element), way)
           point%way = point%way + way
-          point%apex = system%contact%h2(:, element)
+          point%apex = contact%h2(:, element)
           if (keeps_path(model%pairs(k)%law)) then
-            point%path = system%contact%path2(element)
+            point%path = contact%path2(element)
           else
-            point%path = system%contact%path1(element) + norm2(way)
+            point%path = contact%path1(element) + norm2(way)
           end if
         end associate
       end do
@@ -207,22 +195,24 @@ contains
   end subroutine keep_status
 
   !> Commits the history of an accepted increment.
-  subroutine settle_contact(model, system)
+  subroutine settle_contact(model, contact, costs, position, place)
     type(model_t), intent(inout) :: model !! pairs: new becomes old
-    type(system_t), intent(inout) :: system !! contact elements at the converged state; cost table
+    type(element_list_t), intent(in) :: contact !! contact elements
+    type(cost_t), intent(inout) :: costs !! cost table
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
     integer :: k
 
-    call keep_status(model, system)
+    call keep_status(model, contact, position, place)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%mortar) then
-        call settle_mortar(model%pairs(k), system%contact%status(system%place%first_point(k): &
-          system%place%first_point(k + 1) - 1), system%position%x_now)
+        call settle_mortar(model%pairs(k), contact%status(place%first_point(k): &
+          place%first_point(k + 1) - 1), position%x_now)
       else
-        if (allocated(model%pairs(k)%nodes%owner)) call keep_points(model%pairs(k), &
-          system%position%x_now)
-        call settle_points(model%pairs(k), system%position%x_now)
+        if (allocated(model%pairs(k)%nodes%owner)) call keep_points(model%pairs(k), position%x_now)
+        call settle_points(model%pairs(k), position%x_now)
       end if
-      call count_cost(system%costs, cost_cells, model%pairs(k)%history%cuts)
+      call count_cost(costs, cost_cells, model%pairs(k)%history%cuts)
       model%pairs(k)%history%cuts = 0
     end do
   end subroutine settle_contact

@@ -2,7 +2,7 @@
 module equation_values
   use kinds, only: wp
   use rigid_bodies, only: spread_rigid
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: spread_values, gather_values, spread_direction
@@ -39,10 +39,11 @@ contains
   end subroutine gather_values
 
   !> Solution vector to displacements of the nodes, those that rigid bodies carry as well.
-  subroutine spread_direction(system)
-    type(system_t), intent(inout) :: system !! solution given; gets du
+  subroutine spread_direction(system, form)
+    type(system_t), intent(in) :: system !! solution given
+    type(form_t), intent(inout) :: form !! gets du
 
-    call spread_values(system%equation, system%solution, system%du)
-    call spread_rigid(system, system%solution, system%du)
+    call spread_values(system%equation, form%solution, form%du)
+    call spread_rigid(system, form%solution, form%du)
   end subroutine spread_direction
 end module equation_values

@@ -5,7 +5,6 @@ module expected_status
   use kinds, only: wp
   use element_types, only: status_open, status_slip
   use elmlib, only: routine_none
-  use element_lists, only: element_list_t
   use model_types, only: model_t
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
@@ -14,10 +13,12 @@ module expected_status
   use slave_places, only: cell_position
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
+  use point_status, only: forget_expected
   use system_types, only: system_t
+  use system_parts, only: positions_t
   implicit none
   private
-  public :: expect_status, forget_expected, turned_back
+  public :: expect_status
 
   !> A gap below this share of the facet's size is closed for the first tangent.
   real(wp), parameter :: touching = 1.0e-9_wp
@@ -48,12 +49,11 @@ contains
         element = system%place%first_point(k) + p - 1
         if (system%contact%routine(element) == routine_none) cycle
         if (model%pairs(k)%history%old(p)%status <= status_open) then
-          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, &
-            system)
+          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, system)
           cycle
         end if
         system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
-        system%contact%keep(element) = closing_shift(model%pairs(k), p, system)
+        system%contact%keep(element) = closing_shift(model%pairs(k), p, system%position)
       end do
     end do
   end subroutine expect_status
@@ -127,34 +127,16 @@ contains
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift
 
-  !> The tangents to come take each point as it is.
-  pure subroutine forget_expected(list)
-    type(element_list_t), intent(inout) :: list !! contact elements
-
-    list%keep = 0.0_wp
-    list%slide = .false.
-  end subroutine forget_expected
-
-  !> Points whose slip has turned back since the iteration before.
-  pure function turned_back(list, least) result(turned)
-    type(element_list_t), intent(in) :: list !! contact elements: slip, slip_before
-    real(wp), intent(in) :: least !! share of its slip now that a point must have slipped before
-    logical :: turned(list%n)
-
-    turned = sum(list%slip*list%slip_before, 1) < 0.0_wp .and. &
-      norm2(list%slip_before, 1) > least*norm2(list%slip, 1)
-  end function turned_back
-
   !> The shift along the normal that gives a point the gap that it had at the last converged state.
-  pure real(wp) function closing_shift(pair, p, system) result(shift)
+  pure real(wp) function closing_shift(pair, p, position) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! a point that was closed
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions
     real(wp) :: now, before
 
     shift = 0.0_wp
-    now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-    before = shifted_gap(pair, p, pair%history%old(p), system%position%x_old)
+    now = shifted_gap(pair, p, pair%history%new(p), position%x_now)
+    before = shifted_gap(pair, p, pair%history%old(p), position%x_old)
     if (before < 0.0_wp) shift = before - now
   end function closing_shift
 

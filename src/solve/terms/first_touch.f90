@@ -18,9 +18,10 @@ module first_touch
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
   use touch_bodies, only: find_held
-  use touch_path, only: touch_none, touch_waits, touch_known, touch_time, way_before, &
-    first_target, meet, touch_t
+  use touch_path, only: touch_time, way_before, first_target, meet
+  use touch_types, only: touch_none, touch_waits, touch_known, touch_t
   use system_types, only: system_t, state_t
+  use system_parts, only: bodies_t, positions_t
   implicit none
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
@@ -96,22 +97,21 @@ contains
     barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
     call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-      old_place(pair, system, p), xi, &
-                           gap)
+      old_place(pair, system%position, p), xi, gap)
     barely = abs(gap) <= least
   end function barely
 
   !> Where a point was at the last converged state.
-  pure function old_place(pair, system, p) result(y)
+  pure function old_place(pair, position, p) result(y)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions
     integer, intent(in) :: p !! the point
     real(wp) :: y(3)
 
     if (pair%segmented) then
-      y = cell_position(pair, pair%history%old_cells(p), system%position%x_old)
+      y = cell_position(pair, pair%history%old_cells(p), position%x_old)
     else
-      y = point_position(pair, p, system%position%x_old)
+      y = point_position(pair, p, position%x_old)
     end if
   end function old_place
 
@@ -131,7 +131,7 @@ contains
     system%touch%empty(:, k) = .true.
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%status <= status_open) cycle
-      body = old_body(pair, system, p)
+      body = old_body(pair, system%body, p)
       system%touch%empty(body, k) = .false.
       if (pair%history%old(p)%status == status_stick) sticks(body) = .true.
       if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
@@ -139,45 +139,45 @@ contains
     system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
       .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
     if (any(system%body%floating) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
-      system, k)
+      system%touch, system%body, system%position, k)
   end subroutine look_at_pair
 
   !> A body that contact alone holds and that lies on its master already, without a force so far,
   !! has touched it: all its way comes after the touch.
-  subroutine mark_resting(pair, system, k)
+  subroutine mark_resting(pair, touch, bodies, position, k)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(inout) :: system !! loses waits of touch
+    type(touch_t), intent(inout) :: touch !! first touches of the increment
+    type(bodies_t), intent(in) :: bodies !! connected bodies
+    type(positions_t), intent(in) :: position !! positions of the nodes
     integer, intent(in) :: k !! number of the pair
     real(wp) :: xi(2), gap
     integer :: p, body
 
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%target == 0) cycle
-      body = old_body(pair, system, p)
+      body = old_body(pair, bodies, p)
       associate (facet => pair%surface%facets(:, pair%history%old(p)%target))
-        if (.not. (system%touch%waits(body, k) .and. system%touch%empty(body, k))) cycle
-        if (.not. any(system%body%floating([body, system%body%node_body(facet(1))]))) cycle
-        call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-          old_place(pair, system, p), &
-          xi, gap)
-        if (abs(gap) <= touching*facet_size(system%position%x_old(:, facet))) then
-          system%touch%waits(body, k) = .false.
+        if (.not. (touch%waits(body, k) .and. touch%empty(body, k))) cycle
+        if (.not. any(bodies%floating([body, bodies%node_body(facet(1))]))) cycle
+        call project_on_master(pair, pair%history%old(p)%target, position%x_old, &
+          old_place(pair, position, p), xi, gap)
+        if (abs(gap) <= touching*facet_size(position%x_old(:, facet))) then
+          touch%waits(body, k) = .false.
         end if
       end associate
     end do
   end subroutine mark_resting
 
   !> The slave body of a point of the last converged state.
-  pure integer function old_body(pair, system, p) result(body)
+  pure integer function old_body(pair, body, p) result(number)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! bodies of the nodes
+    type(bodies_t), intent(in) :: body !! bodies of the nodes
     integer, intent(in) :: p !! the point
 
     if (pair%segmented) then
-      body = system%body%node_body(pair%points%slave_facets(1, max(1, &
-        pair%history%old_cells(p)%slave)))
+      number = body%node_body(pair%points%slave_facets(1, max(1, pair%history%old_cells(p)%slave)))
     else
-      body = system%body%node_body(pair%points%point_nodes(1, p))
+      number = body%node_body(pair%points%point_nodes(1, p))
     end if
   end function old_body
 
@@ -261,7 +261,7 @@ contains
     if (touches == 0) return
     call count_cost(system%costs, cost_touch, 1)
     system%touch%x_end = system%position%x_now
-    call find_free_way(model, system)
+    call find_free_way(model, system%equation, system%touch, system%body, system%position)
     do k = 1, size(model%pairs)
       if (any(system%touch%waits(:, k))) then
         if (model%pairs(k)%smooth) call find_shapes(model%pairs(k)%surface, system)
@@ -308,22 +308,24 @@ contains
 
   !> Where all nodes would be if nothing touched: they go on as in the last increment, and differ
   !! from that as the bodies carried rigidly do.
-  subroutine find_free_way(model, system)
+  subroutine find_free_way(model, equation, touches, body, position)
     type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! touch gets x_free
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(touch_t), intent(inout) :: touches !! first touches of the increment; gets x_free
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(positions_t), intent(in) :: position !! positions of the nodes
     real(wp), allocatable :: u(:, :), u_old(:, :)
     real(wp) :: ratio
 
-    associate (touch => system%touch, x => model%mesh%x)
-      touch%x_free = system%position%x_ahead
-      if (allocated(system%position%x_alone)) touch%x_free = system%position%x_alone
+    associate (touch => touches, x => model%mesh%x)
+      touch%x_free = position%x_ahead
+      if (allocated(position%x_alone)) touch%x_free = position%x_alone
       if (.not. allocated(touch%u_before) .or. touch%span_before <= 0.0_wp) return
       ratio = touch%span/touch%span_before
-      u_old = system%position%x_old - x
+      u_old = position%x_old - x
       u = touch%u_before
-      where (system%equation == 0) u = u_old
-      call carry_bodies(x, system%equation, system%body%node_body, system%body%bodies, &
-        touch%u_before, u)
+      where (equation == 0) u = u_old
+      call carry_bodies(x, equation, body%node_body, body%bodies, touch%u_before, u)
       touch%x_free = touch%x_free + ratio*(u_old - u)
     end associate
   end subroutine find_free_way

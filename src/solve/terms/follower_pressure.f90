@@ -10,8 +10,7 @@ module follower_pressure
   use loads, only: load_factor
   use block_matrix, only: find_block
   use model_types, only: model_t
-  use system_types, only: system_t
-  use system_parts, only: outer_t, whole_form_t
+  use system_parts, only: outer_t, whole_form_t, bulk_answer_t
   implicit none
   private
   public :: list_pressures, set_pressures, add_pressure_force, add_pressure_tangent, &
@@ -93,20 +92,20 @@ contains
   end subroutine place_pressed
 
   !> Adds a share of their forces.
-  pure subroutine add_pressure_force(x, u, share, system, force)
+  pure subroutine add_pressure_force(x, u, share, loads, force)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     real(wp), intent(in) :: share !! 1, or -1 for what stands with the internal forces
-    type(system_t), intent(in) :: system !! facets and pressures
+    type(outer_t), intent(in) :: loads !! facets and pressures
     real(wp), intent(inout) :: force(:, :) !! (3, nodes) forces [force]
     type(pressed_t) :: facet
     real(wp) :: t(3)
     integer :: f, q, a
 
-    if (.not. allocated(system%loads%pressed)) return
-    do f = 1, size(system%loads%pressed, 2)
-      call place_pressed(x, u, system%loads, f, facet)
-      associate (ix => system%loads%pressed(:, f))
+    if (.not. allocated(loads%pressed)) return
+    do f = 1, size(loads%pressed, 2)
+      call place_pressed(x, u, loads, f, facet)
+      associate (ix => loads%pressed(:, f))
         do q = 1, facet%points
           t = -share*facet%pressure*facet%weights(q)*cross(facet%tangents(:, 1, q), &
             facet%tangents(:, 2, q))
@@ -150,11 +149,13 @@ contains
   end subroutine add_pressure_tangent
 
   !> At an accepted state the forces of the pressures stand with the loads.
-  pure subroutine take_pressure_force(x, system)
+  pure subroutine take_pressure_force(x, u, loads, inner)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u, forces given; external and bulk_force change
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(outer_t), intent(inout) :: loads !! loads and springs
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer
 
-    call add_pressure_force(x, system%u, 1.0_wp, system, system%loads%external)
-    call add_pressure_force(x, system%u, 1.0_wp, system, system%inner%bulk_force)
+    call add_pressure_force(x, u, 1.0_wp, loads, loads%external)
+    call add_pressure_force(x, u, 1.0_wp, loads, inner%bulk_force)
   end subroutine take_pressure_force
 end module follower_pressure

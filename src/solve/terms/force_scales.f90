@@ -3,7 +3,8 @@
 module force_scales
   use kinds, only: wp
   use vectors, only: find_extent, norm_of, largest_of
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
+  use system_parts, only: scales_t
   use rigid_bodies, only: rigid_loads
   implicit none
   private
@@ -34,8 +35,8 @@ contains
     real(wp) :: low(3), high(3), prescribed
     integer :: i, k
 
-    system%scale%given_forces = max(hypot(norm_of(system%loads%external), rigid_loads(system)), &
-      norm_of(state%reaction))
+    system%scale%given_forces = max(norm_of(state%reaction), &
+      hypot(norm_of(system%loads%external), rigid_loads(system%tools)))
     system%scale%seen_forces = 0.0_wp
     call find_extent(x, low, high)
     prescribed = 0.0_wp
@@ -50,42 +51,45 @@ contains
 
   !> Residual over right-hand side that an iterative solver may leave of a direction: as many
   !! digits as Newton can use, a tenth of the square of the share that the last iteration left.
-  pure real(wp) function needed_accuracy(system, share, converged) result(accuracy)
-    type(system_t), intent(in) :: system !! right given
+  pure real(wp) function needed_accuracy(system, right, share, converged) result(accuracy)
+    type(system_t), intent(in) :: system !! the problem
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) right-hand side [force]
     real(wp), intent(in) :: share !! residual over that of the iteration before; 0 if there is none
     real(wp), intent(in) :: converged !! residual over forces that counts as converged
     real(wp) :: norm
 
-    norm = norm2(system%right)
+    norm = norm2(right)
     if (system%contact%n == 0) then
       accuracy = finest_alone
       return
     end if
     accuracy = merge(finest_loose, finest, any(system%body%floating))
     if (norm > 0.0_wp .and. accuracy >= finest) accuracy = min(coarsest, max(finest, &
-      share_of_goal*converged*force_scale(system)/norm, &
+      share_of_goal*converged*force_scale(system%scale)/norm, &
       merge(share_of_goal*share**2, coarsest, share > 0.0_wp)))
   end function needed_accuracy
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were
   !! smaller. So a runaway cannot make its own residual look small.
-  pure subroutine note_forces(system)
+  pure subroutine note_forces(system, form)
     type(system_t), intent(inout) :: system !! residual formed; gets seen_forces
+    type(form_t), intent(in) :: form !! its kind
     real(wp) :: forces
 
-    forces = internal_forces(system)
+    forces = internal_forces(system, form)
     if (forces <= 0.0_wp) return
     if (system%scale%seen_forces <= 0.0_wp) system%scale%seen_forces = forces
     system%scale%seen_forces = min(system%scale%seen_forces, forces)
   end subroutine note_forces
 
   !> Norm of the nodal forces of supports and contact at the iterate.
-  pure real(wp) function internal_forces(system) result(norm)
+  pure real(wp) function internal_forces(system, form) result(norm)
     type(system_t), intent(in) :: system !! forces given
+    type(form_t), intent(in) :: form !! its kind
     integer :: i, k
 
     norm = norm_of(system%contact_force)
-    if (.not. system%form%knows_inside) return
+    if (.not. form%kind%knows_inside) return
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
@@ -96,10 +100,10 @@ contains
   end function internal_forces
 
   !> The forces that a residual is compared with.
-  pure real(wp) function force_scale(system) result(scale)
-    type(system_t), intent(in) :: system !! its scales
+  pure real(wp) function force_scale(scale) result(force)
+    type(scales_t), intent(in) :: scale !! its scales
 
-    scale = max(system%scale%given_forces, system%scale%seen_forces)
+    force = max(scale%given_forces, scale%seen_forces)
   end function force_scale
 
   !> Residuals above this are no round-off that can be taken for balance: it would be a share of the
@@ -107,14 +111,15 @@ contains
   pure real(wp) function least_meaning(system) result(norm)
     type(system_t), intent(in) :: system !! its force scale, its stiffness
 
-    norm = max(most_round_off*force_scale(system), &
+    norm = max(most_round_off*force_scale(system%scale), &
       no_strain*system%scale%stiffest*system%scale%bound)
   end function least_meaning
 
   !> The share of a direction that a body can go in one iteration: its own size and what is
   !! prescribed in the increment, or the size of a facet where soft springs alone hold it.
-  pure real(wp) function longest_step(system) result(share)
-    type(system_t), intent(in) :: system !! direction found
+  pure real(wp) function longest_step(system, du) result(share)
+    type(system_t), intent(in) :: system !! the problem
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp) :: way
     integer :: i
 
@@ -125,7 +130,7 @@ contains
       associate (body => system%body%node_body(i))
         way = system%body%motions(body)%size + system%scale%stroke
         if (system%body%regularised(body)) way = min(way, system%scale%facet_size)
-        if (maxval(abs(system%du(:, i)))*share > way) share = way/maxval(abs(system%du(:, i)))
+        if (maxval(abs(du(:, i)))*share > way) share = way/maxval(abs(du(:, i)))
       end associate
     end do
   end function longest_step
@@ -143,7 +148,7 @@ contains
   pure logical function is_proportional(system) result(yes)
     type(system_t), intent(in) :: system !! elements, bodies
 
-    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%border%n == 0 .and. &
+    yes = system%bulk%linear .and. system%contact%n == 0 .and. system%tools%unknowns == 0 .and. &
       system%body%damping <= 0.0_wp
     if (yes .and. allocated(system%body%regularised)) yes = .not. any(system%body%regularised)
     if (yes .and. allocated(system%body%floating)) yes = .not. any(system%body%floating)

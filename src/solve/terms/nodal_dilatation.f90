@@ -11,11 +11,11 @@ module nodal_dilatation
   use law_linear, only: lame
   use law_neohooke, only: neohooke_volume
   use deformation, only: volume_growth
-  use element_lists, only: volume_list_t
+  use element_lists, only: volume_list_t, bulk_list_t
   use model_types, only: model_t
   use block_matrix, only: find_block
   use system_types, only: system_t
-  use system_parts, only: whole_form_t
+  use system_parts, only: whole_form_t, bulk_answer_t
   implicit none
   private
   public :: list_volumes, add_volume_forces, add_volume_tangent, add_nodal_pressure
@@ -190,24 +190,26 @@ contains
   end subroutine find_pressures
 
   !> Adds forces and energy of the volumes.
-  subroutine add_volume_forces(x, u, system)
+  subroutine add_volume_forces(x, u, bulk, volumes, inner)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
-    type(system_t), intent(inout) :: system !! gets bulk_force, bulk_energy
-    real(wp), dimension(system%volumes%n) :: pressure, slope
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force, bulk_energy
+    real(wp), dimension(volumes%n) :: pressure, slope
     real(wp) :: energy
     type(part_t) :: part
     integer :: e
 
-    if (system%volumes%n == 0) return
-    associate (list => system%volumes)
-      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
-      system%inner%bulk_energy = system%inner%bulk_energy + energy
+    if (volumes%n == 0) return
+    associate (list => volumes)
+      call find_pressures(list, bulk%ix, x, u, pressure, slope, energy)
+      inner%bulk_energy = inner%bulk_energy + energy
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
-        associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
+        associate (corners => list%corner(:, e), nodes => bulk%ix(:4, e))
           part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
-          system%inner%bulk_force(:, nodes) = system%inner%bulk_force(:, nodes) &
+          inner%bulk_force(:, nodes) = inner%bulk_force(:, nodes) &
             + 0.25_wp*sum(pressure(corners))*part%gradient
         end associate
       end do
@@ -215,33 +217,35 @@ contains
   end subroutine add_volume_forces
 
   !> Adds their tangent to the bulk's matrix.
-  subroutine add_volume_tangent(x, u, system)
+  subroutine add_volume_tangent(x, u, bulk, volumes, whole)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements, no element inverted [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
-    real(wp), dimension(system%volumes%n) :: pressure, slope
+    type(bulk_list_t), intent(in) :: bulk !! bulk elements
+    type(volume_list_t), intent(in) :: volumes !! volumes of nodes
+    type(whole_form_t), intent(inout) :: whole !! gets bulk_matrix
+    real(wp), dimension(volumes%n) :: pressure, slope
     real(wp), allocatable :: b(:, :, :)
     real(wp) :: energy
     type(part_t) :: part
     integer :: e, a
 
-    if (system%volumes%n == 0) return
-    associate (list => system%volumes)
-      call find_pressures(list, system%bulk%ix, x, u, pressure, slope, energy)
+    if (volumes%n == 0) return
+    associate (list => volumes)
+      call find_pressures(list, bulk%ix, x, u, pressure, slope, energy)
       allocate (b(3, size(list%ix, 1), list%n), source=0.0_wp)
       do e = 1, size(list%corner, 2)
         if (list%corner(1, e) == 0) cycle
-        associate (corners => list%corner(:, e), nodes => system%bulk%ix(:4, e))
+        associate (corners => list%corner(:, e), nodes => bulk%ix(:4, e))
           part = part_of(x(:, nodes), u(:, nodes), list%finite(list%set(corners(1))))
           do a = 1, 4
             b(:, list%place(:, a, e), corners(a)) = b(:, list%place(:, a, e), corners(a)) &
               + 0.25_wp*part%gradient
           end do
           if (list%finite(list%set(corners(1)))) call add_turning(0.25_wp*sum(pressure(corners)) &
-            *part%volume, part%c, nodes, system%whole)
+            *part%volume, part%c, nodes, whole)
         end associate
       end do
-      call add_products(slope/list%size, b, system%volumes, system%whole)
+      call add_products(slope/list%size, b, volumes, whole)
     end associate
   end subroutine add_volume_tangent
 

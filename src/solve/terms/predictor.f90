@@ -6,9 +6,10 @@ module predictor
   use rotations, only: rotation_matrix
   use rigid_motions, only: rigid_row
   use lapack_interface, only: dgelss
+  use system_parts, only: positions_t, rigid_part_t
   implicit none
   private
-  public :: carry_bodies, turn_bodies
+  public :: carry_bodies, turn_bodies, leave_bodies, take_along
 
   !> Singular values below this share of the largest belong to motions nothing prescribes.
   real(wp), parameter :: rank_tolerance = 1.0e-10_wp
@@ -119,4 +120,24 @@ contains
     call dgelss(6, 6, 1, normal, 6, right, 6, values, rank_tolerance, rank, work, size(work), info)
     if (info == 0) motion = right(:, 1)
   end function best_motion
+
+  !> Starts from where the bodies were.
+  pure subroutine leave_bodies(u, position, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
+
+    u = position%left
+    tools%ahead = .false.
+  end subroutine leave_bodies
+
+  !> Starts from where the predictor takes the bodies.
+  pure subroutine take_along(u, position, tools)
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
+
+    u = position%carried
+    tools%ahead = .true.
+  end subroutine take_along
 end module predictor

@@ -7,7 +7,7 @@ module rigid_bodies
   use model_types, only: model_t
   use rigid_paths, only: count_rigid, motion_at, load_at
   use rigid_types, only: rigid_t
-  use system_types, only: system_t, state_t
+  use system_types, only: form_t, system_t, state_t
   use system_parts, only: rigid_part_t
   implicit none
   private
@@ -34,9 +34,9 @@ contains
         rigid%node = body%nodes
         rigid%point = body%point
         rigid%unknown = pack([(k, k=1, 6)], body%free)
-        rigid%first = system%equations + system%tools%border%n
+        rigid%first = system%equations + system%tools%unknowns
         rigid%body = system%body%node_body(body%nodes(1))
-        system%tools%border%n = system%tools%border%n + size(rigid%unknown)
+        system%tools%unknowns = system%tools%unknowns + size(rigid%unknown)
         allocate (rigid%reach(3, size(rigid%node)), rigid%base(3, size(rigid%node)))
         do i = 1, size(rigid%node)
           rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
@@ -50,12 +50,12 @@ contains
   end subroutine start_rigid
 
   !> A node moves with the unknowns of a rigid body.
-  pure logical function is_carried(system, node) result(yes)
-    type(system_t), intent(in) :: system !! rigid bodies
+  pure logical function is_carried(tools, node) result(yes)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: node !! the node
 
     yes = .false.
-    if (allocated(system%tools%carried_by)) yes = system%tools%carried_by(node) > 0
+    if (allocated(tools%carried_by)) yes = tools%carried_by(node) > 0
   end function is_carried
 
   !> All nodes of a contact element are prescribed.
@@ -115,10 +115,8 @@ contains
     tools%ahead = .false.
     if (.not. allocated(tools%rigid)) return
     do b = 1, size(tools%rigid)
-      associate (rigid => tools%rigid(b))
-        rigid%ahead_move = rigid%old_move
-        rigid%ahead_turn = rigid%old_turn
-      end associate
+      tools%rigid(b)%ahead_move = tools%rigid(b)%old_move
+      tools%rigid(b)%ahead_turn = tools%rigid(b)%old_turn
     end do
   end subroutine forget_carrying
 
@@ -171,7 +169,7 @@ contains
     real(wp) :: step(6)
     integer :: b, i
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
@@ -195,20 +193,22 @@ contains
   end function lever
 
   !> A trial: the nodes go where the exponential map of a share of the step takes them.
-  subroutine try_rigid(system, share)
-    type(system_t), intent(inout) :: system !! solution given; trial at the nodes of the bodies
+  subroutine try_rigid(tools, solution, share, trial)
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point; get their trial
+    real(wp), intent(in) :: solution(:) !! (equations+unknowns) the step [length]
     real(wp), intent(in) :: share !! of the step
+    real(wp), intent(inout) :: trial(:, :) !! (3, nodes) displacements of their nodes [length]
     real(wp) :: step(6)
     integer :: b
 
-    if (system%tools%border%n == 0) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (tools%unknowns == 0) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
-        step = share*step_of(rigid, system%solution)
+        step = share*step_of(rigid, solution)
         rigid%trial_move = rigid%move + step(1:3)
         rigid%trial_turn = matmul(rotation_matrix(step(4:6)), rigid%turn)
-        call place_nodes(rigid, rigid%trial_move, rigid%trial_turn, system%trial)
+        call place_nodes(rigid, rigid%trial_move, rigid%trial_turn, trial)
       end associate
     end do
   end subroutine try_rigid
@@ -219,7 +219,7 @@ contains
     type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
     integer :: b
 
-    if (tools%border%n == 0) return
+    if (tools%unknowns == 0) return
     do b = 1, size(tools%rigid)
       associate (rigid => tools%rigid(b))
         if (size(rigid%unknown) == 0) cycle
@@ -238,7 +238,7 @@ contains
     real(wp), intent(in) :: way(3) !! the translation [length]
     integer :: b, k
 
-    if (tools%border%n == 0) return
+    if (tools%unknowns == 0) return
     do b = 1, size(tools%rigid)
       associate (rigid => tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
@@ -271,10 +271,10 @@ contains
   pure function rigid_values(system, force) result(values)
     type(system_t), intent(in) :: system !! rigid bodies, u
     real(wp), intent(in) :: force(:, :) !! (3, nodes) forces [force]
-    real(wp) :: values(system%tools%border%n), w(6)
+    real(wp) :: values(system%tools%unknowns), w(6)
     integer :: b
 
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do b = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(b), first => system%tools%rigid(b)%first - &
         system%equations)
@@ -289,7 +289,7 @@ contains
   pure function rigid_motion(system, node) result(motion)
     type(system_t), intent(in) :: system !! rigid bodies, positions
     integer, intent(in) :: node !! the node
-    real(wp) :: motion(3, system%tools%border%n), own(3, 6)
+    real(wp) :: motion(3, system%tools%unknowns), own(3, 6)
 
     motion = 0.0_wp
     associate (rigid => system%tools%rigid(system%tools%carried_by(node)))
@@ -318,13 +318,16 @@ contains
   end function loads_on_rigid
 
   !> Moves all bodies by values of their unknowns.
-  subroutine move_rigid(system, values)
-    type(system_t), intent(inout) :: system !! rigid bodies; their nodes in u
-    real(wp), intent(in) :: values(:) !! (border%n) [length]
+  subroutine move_rigid(equations, u, tools, form, values)
+    integer, intent(in) :: equations !! free degrees of freedom
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies with a point
+    type(form_t), intent(inout) :: form !! gets solution, trial
+    real(wp), intent(in) :: values(:) !! (unknowns) [length]
 
-    if (size(values) > 0) system%solution(system%equations + 1:) = values
-    call try_rigid(system, 1.0_wp)
-    call take_rigid(system%u, system%tools)
+    if (size(values) > 0) form%solution(equations + 1:) = values
+    call try_rigid(tools, form%solution, 1.0_wp, form%trial)
+    call take_rigid(u, tools)
   end subroutine move_rigid
 
   !> Residual of the unknowns: what acts on the nodes of a body and on its point.
@@ -349,47 +352,45 @@ contains
   end subroutine add_rigid_right
 
   !> Residual of the free translations of a connected body.
-  pure function rigid_force(system, body) result(force)
-    type(system_t), intent(in) :: system !! residual formed
+  pure function rigid_force(tools, right, body) result(force)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies with a point
+    real(wp), intent(in) :: right(:) !! (equations+unknowns) residual [force]
     integer, intent(in) :: body !! connected body
     real(wp) :: force(3)
     integer :: b, k
 
     force = 0.0_wp
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (rigid%body /= body) cycle
-        do k = 1, size(rigid%unknown)
-          if (rigid%unknown(k) <= 3) force(rigid%unknown(k)) = force(rigid%unknown(k)) &
-            + system%right(rigid%first + k)
+        do k = 1, count(rigid%unknown <= 3)
+          force(rigid%unknown(k)) = force(rigid%unknown(k)) + right(rigid%first + k)
         end do
       end associate
     end do
   end function rigid_force
 
   !> Norm of the loads on points, as forces.
-  pure real(wp) function rigid_loads(system) result(norm)
-    type(system_t), intent(in) :: system !! rigid bodies, their loads
+  pure real(wp) function rigid_loads(tools) result(norm)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies, their loads
     integer :: b
 
     norm = 0.0_wp
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
-        norm = norm2([norm, rigid%load(1:3), rigid%load(4:6)/rigid%length])
-      end associate
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      norm = norm2([norm, tools%rigid(b)%load(1:3), tools%rigid(b)%load(4:6)/tools%rigid(b)%length])
     end do
   end function rigid_loads
 
   !> The converged iterate becomes the new state: its free translations and rotation vectors.
-  subroutine keep_rigid(system, state)
-    type(system_t), intent(in) :: system !! rigid bodies, converged
+  subroutine keep_rigid(tools, state)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies, converged
     type(state_t), intent(inout) :: state !! gets rigid
     integer :: b
 
-    if (system%tools%border%n == 0) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (tools%unknowns == 0) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         state%rigid(1:3, b) = rigid%move
         if (any(rigid%unknown > 3)) state%rigid(4:6, b) = rotation_vector(rigid%turn, &
           state%rigid(4:6, b))

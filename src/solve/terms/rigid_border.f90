@@ -13,7 +13,7 @@ module rigid_border
   use block_matrix, only: block_matrix_t, find_block
   use bulk_products, only: give_bulk
   use rigid_bodies, only: lever
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
   implicit none
   private
   public :: form_border, factorise_bordered, solve_bordered, motion_of, turning_of, hold_of
@@ -26,16 +26,17 @@ contains
   !> Derivatives of the residual of the unknowns, and of that of the nodes by the unknowns, from the
   !! matrix of all nodes and from what acts on the nodes of rigid bodies. Their sign is that of the
   !! tangent: of internal forces.
-  subroutine form_border(system)
-    type(system_t), intent(inout) :: system !! matrix, forces, rigid given; gets border
+  subroutine form_border(system, form)
+    type(system_t), intent(in) :: system !! matrix, forces, rigid given
+    type(form_t), intent(inout) :: form !! gets border
     integer :: b, k
-    real(wp) :: hold(system%tools%border%n)
+    real(wp) :: hold(system%tools%unknowns)
 
-    if (system%tools%border%n == 0) return
-    associate (border => system%tools%border)
-      if (.not. allocated(border%corner)) allocate (border%columns(system%equations, border%n), &
-        border%rows(system%equations, border%n), border%answers(system%equations, border%n), &
-        border%corner(border%n, border%n), border%pivot(border%n))
+    if (system%tools%unknowns == 0) return
+    associate (border => form%border, n => system%tools%unknowns, equations => system%equations)
+      if (.not. allocated(border%corner)) allocate (border%columns(equations, n), &
+        border%rows(equations, n), border%answers(equations, n), border%corner(n, n), &
+        border%pivot(n))
       border%columns = 0.0_wp
       border%rows = 0.0_wp
       border%corner = 0.0_wp
@@ -43,21 +44,20 @@ contains
     do b = 1, size(system%tools%rigid)
       if (size(system%tools%rigid(b)%unknown) == 0) cycle
       if (system%contact%n > 0) then
-        call add_blocks(system%whole%matrix, b, system)
+        call add_blocks(form%whole%matrix, b, system, form)
       else
-        call add_blocks(system%whole%bulk_matrix, b, system)
+        call add_blocks(form%whole%bulk_matrix, b, system, form)
       end if
-      associate (corner => system%tools%border%corner(system%tools%rigid(b)%first &
-        - system%equations + 1:system%tools%rigid(b)%first - system%equations &
-        + size(system%tools%rigid(b)%unknown), system%tools%rigid(b)%first - system%equations &
-        + 1:system%tools%rigid(b)%first - system%equations &
-        + size(system%tools%rigid(b)%unknown)))
-        corner = corner + turning_of(system, b)
+      associate (corner => form%border%corner(system%tools%rigid(b)%first - system%equations + &
+        1:system%tools%rigid(b)%first - system%equations + size(system%tools%rigid(b)%unknown), &
+        system%tools%rigid(b)%first - system%equations + 1:system%tools%rigid(b)%first - &
+        system%equations + size(system%tools%rigid(b)%unknown)))
+        corner = corner + turning_of(system, form, b)
       end associate
     end do
     hold = hold_of(system)
-    do k = 1, system%tools%border%n
-      system%tools%border%corner(k, k) = system%tools%border%corner(k, k) + hold(k)
+    do k = 1, system%tools%unknowns
+      form%border%corner(k, k) = form%border%corner(k, k) + hold(k)
     end do
   end subroutine form_border
 
@@ -77,10 +77,11 @@ contains
   end function motion_of
 
   !> What the blocks of the nodes of a body are to its unknowns.
-  subroutine add_blocks(matrix, b, system)
+  subroutine add_blocks(matrix, b, system, form)
     type(block_matrix_t), intent(in) :: matrix !! of all nodes
     integer, intent(in) :: b !! the body
-    type(system_t), intent(inout) :: system !! border grows
+    type(system_t), intent(in) :: system !! border grows
+    type(form_t), intent(inout) :: form !! goes with the iterate
     real(wp), allocatable :: motion(:, :)
     integer :: i, k, other
 
@@ -105,7 +106,7 @@ contains
 
       first = system%tools%rigid(b)%first - system%equations
       n = size(column, 2)
-      associate (border => system%tools%border)
+      associate (border => form%border)
         do c = 1, 3
           associate (equation => system%equation(c, other))
             if (equation == 0) cycle
@@ -118,18 +119,18 @@ contains
         if (system%tools%carried_by(other) == 0) return
         associate (next => system%tools%rigid(system%tools%carried_by(other)), &
           at => system%tools%rigid(system%tools%carried_by(other))%first - system%equations)
-          border%corner(at + 1:at + size(next%unknown), first + 1:first + n) = &
-            border%corner(at + 1:at + size(next%unknown), first + 1:first + n) &
-            + matmul(transpose(motion_of(system, system%tools%carried_by(other), &
-            findloc(next%node, other, 1))), column)
+          border%corner(at + 1:at + size(next%unknown), first + 1:first + n) = border%corner(at + &
+            1:at + size(next%unknown), first + 1:first + n) + matmul(transpose(motion_of(system, &
+            system%tools%carried_by(other), findloc(next%node, other, 1))), column)
         end associate
       end associate
     end subroutine add_block
   end subroutine add_blocks
 
   !> Levers turn with a body: -sum [f] [r] of the forces on its nodes.
-  pure function turning_of(system, b) result(mine)
+  pure function turning_of(system, form, b) result(mine)
     type(system_t), intent(in) :: system !! forces, rigid bodies, u
+    type(form_t), intent(in) :: form !! its kind
     integer, intent(in) :: b !! the body
     real(wp) :: mine(size(system%tools%rigid(b)%unknown), size(system%tools%rigid(b)%unknown))
     real(wp) :: turning(6, 6), force(3)
@@ -140,7 +141,7 @@ contains
       do i = 1, size(rigid%node)
         associate (node => rigid%node(i))
           force = system%loads%external(:, node) - system%contact_force(:, node)
-          if (system%form%knows_inside) force = force - system%inner%bulk_force(:, node)
+          if (form%kind%knows_inside) force = force - system%inner%bulk_force(:, node)
           turning(4:6, 4:6) = turning(4:6, 4:6) - matmul(spin(force), spin(lever(rigid, i, &
             system%u, rigid%move)))/rigid%length**2
         end associate
@@ -152,7 +153,7 @@ contains
   !> Soft springs and damping of bodies that contact does not hold, or not well.
   pure function hold_of(system) result(hold)
     type(system_t), intent(in) :: system !! regularised, damping
-    real(wp) :: hold(system%tools%border%n)
+    real(wp) :: hold(system%tools%unknowns)
     integer :: b
 
     do b = 1, size(system%tools%rigid)
@@ -175,88 +176,88 @@ contains
   end function stiffest
 
   !> Factorises the matrix of the nodes and what it leaves of the corner.
-  subroutine factorise_bordered(system, symmetric, outcome)
+  subroutine factorise_bordered(system, form, symmetric, outcome)
     type(system_t), intent(inout) :: system !! csc and border given; factor and answers made
+    type(form_t), intent(inout) :: form !! gets border, matrix
     logical, intent(in) :: symmetric !! the matrix of the nodes may be taken for symmetric
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     integer :: k, info
 
     outcome = solver_done
-    if (system%whole%solver%by_nodes .and. system%whole%csc%changed) &
-      call describe_tangent(system, symmetric)
-    if (system%equations > 0 .or. system%tools%border%n == 0) &
-      call factorise_matrix(system%whole%solver, &
-      system%whole%csc, symmetric, system%costs, outcome)
-    if (system%tools%border%n == 0 .or. outcome /= solver_done) return
-    associate (border => system%tools%border)
+    if (form%whole%solver%by_nodes .and. form%whole%csc%changed) &
+      call describe_tangent(system, form, symmetric)
+    if (system%equations > 0 .or. system%tools%unknowns == 0) call &
+      factorise_matrix(form%whole%solver, form%whole%csc, symmetric, form%costs, outcome)
+    if (system%tools%unknowns == 0 .or. outcome /= solver_done) return
+    associate (border => form%border, n => system%tools%unknowns)
       border%answers = 0.0_wp
-      do k = 1, border%n
+      do k = 1, n
         if (all(abs(border%columns(:, k)) <= 0.0_wp)) cycle
-        call solve_system(system%whole%solver, system%whole%csc, border%columns(:, k), &
-          border%answers(:, k), &
-          system%costs, outcome)
+        call solve_system(form%whole%solver, form%whole%csc, border%columns(:, k), &
+          border%answers(:, k), form%costs, outcome)
         if (outcome /= solver_done) return
       end do
       border%corner = border%corner - matmul(transpose(border%rows), border%answers)
-      call dgetrf(border%n, border%n, border%corner, border%n, border%pivot, info)
+      call dgetrf(n, n, border%corner, n, border%pivot, info)
       if (info /= 0) outcome = solver_singular
     end associate
   end subroutine factorise_bordered
 
   !> Hands on the tangent by nodes, and which of them contact holds.
-  subroutine describe_tangent(system, symmetric)
-    type(system_t), intent(inout) :: system !! tangent formed; the solver takes it
+  subroutine describe_tangent(system, form, symmetric)
+    type(system_t), intent(in) :: system !! tangent formed; the solver takes it
+    type(form_t), intent(inout) :: form !! gets matrix
     logical, intent(in) :: symmetric !! it may be taken for symmetric
     type(nodes_t) :: nodes
     type(block_matrix_t) :: none
     integer :: k
 
-    nodes%apart = system%whole%apart
+    nodes%apart = form%whole%apart
     nodes%x = system%position%x_now - system%u
     nodes%linear = system%bulk%linear
     nodes%loose = any(system%body%floating)
     nodes%symmetric = symmetric
     allocate (nodes%touched(size(system%equation, 2)), source=.false.)
-    associate (list => system%contact, whole => system%whole)
+    associate (list => system%contact, whole => form%whole)
       do k = 1, list%n
         if (list%routine(k) == routine_none .or. list%status(k) <= status_open) cycle
         nodes%touched(list%ix(:list%nel(k), k)) = .true.
       end do
       if (list%n > 0) then
         call describe_matrix(whole%solver, whole%matrix, whole%bulk_matrix, system%equation, &
-          nodes, system%costs)
+          nodes, form%costs)
       else if (nodes%apart) then
         call describe_matrix(whole%solver, none, whole%bulk_matrix, system%equation, nodes, &
-          system%costs)
+          form%costs)
       else
         call describe_matrix(whole%solver, whole%bulk_matrix, whole%bulk_matrix, &
-          system%equation, nodes, system%costs)
+          system%equation, nodes, form%costs)
       end if
     end associate
-    if (nodes%apart) call give_bulk(system%equation, system%whole)
+    if (nodes%apart) call give_bulk(system%equation, form%whole)
   end subroutine describe_tangent
 
   !> Solves for nodes and rigid bodies with the last factor.
-  subroutine solve_bordered(system, b, x, outcome)
-    type(system_t), intent(inout) :: system !! factor, border
+  subroutine solve_bordered(system, form, b, x, outcome)
+    type(system_t), intent(in) :: system !! factor, border
+    type(form_t), intent(inout) :: form !! gets border, matrix
     real(wp), intent(in) :: b(:) !! (equations+n) right-hand side
     real(wp), intent(inout) :: x(:) !! (equations+n) solution
     integer, intent(out) :: outcome !! one of the outcomes
-    real(wp) :: rest(system%tools%border%n, 1)
+    real(wp) :: rest(system%tools%unknowns, 1)
     real(wp), allocatable :: part(:), answer(:)
     integer :: info
 
     outcome = solver_done
-    associate (border => system%tools%border, n => system%equations)
+    associate (border => form%border, n => system%equations, m => system%tools%unknowns)
       part = b(:n)
       answer = x(:n)
-      if (n > 0 .or. border%n == 0) call solve_system(system%whole%solver, system%whole%csc, &
-        part, answer, &
-        system%costs, outcome)
+      if (n > 0 .or. m == 0) call solve_system(form%whole%solver, form%whole%csc, part, answer, &
+        form%costs, outcome)
       x(:n) = answer
-      if (border%n == 0 .or. outcome /= solver_done) return
+      if (m == 0 .or. outcome /= solver_done) return
       rest(:, 1) = b(n + 1:) - matmul(answer, border%rows)
-      call dgetrs('N', border%n, 1, border%corner, border%n, border%pivot, rest, border%n, info)
+      call dgetrs('N', m, 1, border%corner, m, border%pivot, rest, m, info)
       x(n + 1:) = rest(:, 1)
       x(:n) = answer - matmul(border%answers, rest(:, 1))
       if (.not. all(abs(rest) <= huge(1.0_wp))) outcome = solver_singular

@@ -171,8 +171,7 @@ contains
     else
       do p = 1, count_points(pair)
         if (is_first(pair, p)) call add_joint(pair, system, tree, reach, &
-          pair%points%point_nodes(1, p), &
-          point_position(pair, p, system%position%x_old), parts)
+          pair%points%point_nodes(1, p), point_position(pair, p, system%position%x_old), parts)
       end do
     end if
   end subroutine joints_of_pair

@@ -6,6 +6,7 @@ module rigid_report
   use rigid_paths, only: motion_at, load_at
   use rigid_bodies, only: wrench_on
   use system_types, only: system_t, state_t
+  use system_parts, only: rigid_part_t
   implicit none
   private
   public :: rigid_rows, rigid_imbalance
@@ -22,7 +23,7 @@ contains
 
     do b = 1, size(rows, 2)
       rows(1:6, b) = motion_at(model, b, state%time) + state%rigid(:, b)
-      rows(7:12, b) = needed(model, system, state, b)
+      rows(7:12, b) = needed(model, system%tools, state, b)
       rows(6 + system%tools%rigid(b)%unknown, b) = 0.0_wp
     end do
   end function rigid_rows
@@ -40,21 +41,21 @@ contains
     do b = 1, size(state%rigid, 2)
       if (system%tools%rigid(b)%body /= body) cycle
       associate (free => system%tools%rigid(b)%unknown)
-        all_of_it = needed(model, system, state, b)
+        all_of_it = needed(model, system%tools, state, b)
         lacking(free) = lacking(free) - all_of_it(free)
       end associate
     end do
   end function rigid_imbalance
 
   !> Force and moment on the point that would balance a body.
-  pure function needed(model, system, state, b) result(w)
+  pure function needed(model, tools, state, b) result(w)
     type(model_t), intent(in) :: model !! rigid bodies
-    type(system_t), intent(in) :: system !! their nodes
+    type(rigid_part_t), intent(in) :: tools !! their nodes
     type(state_t), intent(in) :: state !! converged
     integer, intent(in) :: b !! the body
     real(wp) :: w(6)
 
-    w = wrench_on(system%tools%rigid(b), state%u, state%rigid(1:3, b), state%reaction) &
+    w = wrench_on(tools%rigid(b), state%u, state%rigid(1:3, b), state%reaction) &
       - load_at(model, b, state%time)
   end function needed
 end module rigid_report

@@ -11,6 +11,7 @@ module softening
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use system_types, only: system_t
+  use softening_state, only: softening_t
   implicit none
   private
   public :: begin_softening, hold_coefficients, find_softening
@@ -25,17 +26,17 @@ module softening
 contains
 
   !> An increment begins, or its next try: nothing has slipped in it.
-  subroutine begin_softening(model, system)
+  subroutine begin_softening(model, softening)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(inout) :: system !! gets softening
+    type(softening_t), allocatable, intent(inout) :: softening(:) !! (pairs) if some law softens
     integer :: k
 
-    if (allocated(system%softening)) deallocate (system%softening)
+    if (allocated(softening)) deallocate (softening)
     if (.not. any([(keeps_path(model%pairs(k)%law), k=1, size(model%pairs))])) return
-    allocate (system%softening(size(model%pairs)))
+    allocate (softening(size(model%pairs)))
     do k = 1, size(model%pairs)
-      allocate (system%softening(k)%follows(places(model%pairs(k))), source=.false.)
-      allocate (system%softening(k)%ahead(places(model%pairs(k))), source=0.0_wp)
+      allocate (softening(k)%follows(places(model%pairs(k))), source=.false.)
+      allocate (softening(k)%ahead(places(model%pairs(k))), source=0.0_wp)
     end do
   end subroutine begin_softening
 

@@ -5,7 +5,7 @@ module supports
   use kinds, only: wp
   use vectors, only: cross
   use element_types, only: status_open, status_stick
-  use element_lists, only: slave_point, master_nodes, side_nodes
+  use element_lists, only: slave_point, master_nodes, side_nodes, element_list_t
   use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet, facet_normal
@@ -14,7 +14,8 @@ module supports
   use elmt04, only: d04_patch, d04_size
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
-  use system_types, only: system_t
+  use system_types, only: form_t, system_t
+  use system_parts, only: rigid_part_t
   use rigid_motions, only: find_motions
   use springs, only: is_supported
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
@@ -79,13 +80,13 @@ contains
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) /= body) cycle
       do k = 1, 3
-        if (system%equation(k, i) > 0 .or. is_carried(system, i)) dofs = dofs + 1
+        if (system%equation(k, i) > 0 .or. is_carried(system%tools, i)) dofs = dofs + 1
         if (is_supported(system, k, i)) then
           call add_support(motions, unit_vector(k), (x(:, i) - center)/size_x)
         end if
       end do
     end do
-    call add_points(system, body, center, size_x, motions)
+    call add_points(system%tools, body, center, size_x, motions)
     if (with_contact) call add_contact(x, system, body, center, size_x, tracks, motions)
     call dsyev('V', 'U', 6, motions, 6, values, work, size(work), info)
     n = count(values <= free_tolerance*max(values(6), 1.0_wp))
@@ -104,17 +105,17 @@ contains
   end subroutine model_extent
 
   !> Adds what is prescribed of the points of rigid bodies.
-  pure subroutine add_points(system, body, center, size_x, gram)
-    type(system_t), intent(in) :: system !! rigid bodies
+  pure subroutine add_points(tools, body, center, size_x, gram)
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: body !! connected body
     real(wp), intent(in) :: center(3) !! where rotations turn about [length]
     real(wp), intent(in) :: size_x !! size of the model [length]
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     integer :: b, k
 
-    if (.not. allocated(system%tools%rigid)) return
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b))
+    if (.not. allocated(tools%rigid)) return
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b))
         if (rigid%body /= body .or. size(rigid%unknown) == 0) cycle
         do k = 1, 3
           if (all(rigid%unknown /= k)) call add_support(gram, unit_vector(k), (rigid%point &
@@ -159,22 +160,22 @@ contains
           end do
         else
           call add_support(gram, normal_of(x, master_nodes(system%contact, k)), y)
-          if (tracks) call add_track(x, system, k, y, gram)
+          if (tracks) call add_track(x, system%contact, k, y, gram)
         end if
       end associate
     end do
   end subroutine add_contact
 
   !> A point that slips resists motion across its track: its friction turns with the track.
-  subroutine add_track(x, system, k, y, gram)
+  subroutine add_track(x, contact, k, y, gram)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(in) :: system !! contact elements
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer, intent(in) :: k !! a slipping one
     real(wp), intent(in) :: y(3) !! the point from the center, over the size of the model
     real(wp), intent(inout) :: gram(6, 6) !! sum of row row^T
     real(wp) :: across(3)
 
-    associate (nodes => master_nodes(system%contact, k), slip => system%contact%slip(:, k))
+    associate (nodes => master_nodes(contact, k), slip => contact%slip(:, k))
       if (norm2(slip) <= 0.0_wp) return
       across = cross(normal_of(x, nodes), slip)
     end associate
@@ -207,7 +208,7 @@ contains
       call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
     end do
     system%body%floating = system%body%motions%n > 0
-    if (system%tools%border%n == 0) return
+    if (system%tools%unknowns == 0) return
     do body = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(body))
         if (size(rigid%unknown) == 0) cycle
@@ -219,9 +220,10 @@ contains
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
   !! soft springs hold nothing but what contact hardly resists, and whose matrix has no digits left.
-  subroutine find_unheld(x, system)
+  subroutine find_unheld(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! status of contact elements; gets regularised
+    type(form_t), intent(in) :: form !! its kind
     real(wp) :: motion(6)
     integer :: body
 
@@ -230,29 +232,30 @@ contains
     do body = 1, system%body%bodies
       if (system%body%floating(body)) call free_motion(x, system, body, .true., &
         system%body%regularised(body), motion, tracks=system%body%settled .and. &
-        system%form%knows_inside)
+        form%kind%knows_inside)
     end do
   end subroutine find_unheld
 
   !> Regularises the bodies that nothing holds at present: springs in the tangent only, so that the
   !! residual, and with it the solution, does not know of them.
-  subroutine regularise_bodies(x, system)
+  subroutine regularise_bodies(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! matrix gets springs, regularised is set
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix
     real(wp) :: damping(system%body%bodies)
     integer :: node, place, k
 
-    call find_unheld(x, system)
+    call find_unheld(x, system, form)
     if (system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)) return
     damping = [(system%body%damping/real(max(1, count(system%body%node_body == k)), wp), k=1, &
       system%body%bodies)]
     do node = 1, size(system%body%node_body)
       if (system%body%node_body(node) == 0) cycle
       associate (body => system%body%node_body(node))
-        if (.not. system%body%floating(body) .or. is_carried(system, node)) cycle
-        place = find_block(system%whole%matrix, node, node)
+        if (.not. system%body%floating(body) .or. is_carried(system%tools, node)) cycle
+        place = find_block(form%whole%matrix, node, node)
         do k = 1, 3
-          associate (stiffness => system%whole%matrix%val(k, k, place))
+          associate (stiffness => form%whole%matrix%val(k, k, place))
             if (system%body%regularised(body)) stiffness = (1.0_wp + soft_springs)*stiffness
             stiffness = stiffness + damping(body)
           end associate
@@ -263,9 +266,10 @@ contains
 
   !> Length of the step du that closes the first open contact point of a regularised body, so that
   !! the points next to it close, too; the largest number if none closes.
-  real(wp) function closing_length(x, system) result(length)
+  real(wp) function closing_length(x, system, form) result(length)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! u, du, contact elements
+    type(form_t), intent(in) :: form !! du
     real(wp) :: now, later
     integer :: k
 
@@ -275,10 +279,10 @@ contains
       if (system%contact%status(k) > status_open) cycle
       if (.not. any(system%body%regularised(system%body%node_body(side_nodes(system%contact, &
         k))))) cycle
-      now = gap_of(x, 0.0_wp, k, system)
-      later = gap_of(x, 1.0_wp, k, system)
+      now = gap_of(x, 0.0_wp, k, system, form)
+      later = gap_of(x, 1.0_wp, k, system, form)
       if (later < now) then
-        length = min(length, (now + overshoot*size_of(x, k, system))/(now - later))
+        length = min(length, (now + overshoot*size_of(x, k, system%contact))/(now - later))
       end if
     end do
   end function closing_length
@@ -286,9 +290,10 @@ contains
   !> Drops each body that neither supports nor closed contact points hold onto the surface below
   !! it: a translation along the normal of its smallest gap, and no further. Loads that point away
   !! from every surface leave the body where it is.
-  subroutine close_bodies(x, system, dropped)
+  subroutine close_bodies(x, system, form, dropped)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! u is moved; residual formed
+    type(form_t), intent(in) :: form !! du, its kind, right
     logical, intent(out) :: dropped !! a body was moved
     real(wp) :: way(3)
     integer :: body, node
@@ -298,7 +303,7 @@ contains
     touching = touched_bodies(system)
     do body = 1, system%body%bodies
       if (.not. system%body%floating(body) .or. touching(body)) cycle
-      way = way_down(x, system, body)
+      way = way_down(x, system, form, body)
       if (all(abs(way) <= 0.0_wp)) cycle
       dropped = .true.
       do node = 1, size(system%body%node_body)
@@ -323,27 +328,28 @@ contains
   end function touched_bodies
 
   !> The translation that brings a body to its first touch, zero if its loads do not push it there.
-  function way_down(x, system, body) result(way)
+  function way_down(x, system, form, body) result(way)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! u, residual, contact elements
+    type(form_t), intent(in) :: form !! du, its kind, right
     integer, intent(in) :: body !! the body
     real(wp) :: way(3), normal(3), force(3), gap, least
     integer :: k
 
     way = 0.0_wp
     least = huge(1.0_wp)
-    force = resultant(system, body)
+    force = resultant(system, form, body)
     if (norm2(force) <= in_balance*load_on(system, body)) return
     do k = 1, system%contact%n
       if (system%contact%routine(k) == routine_none) cycle
       if (.not. any(system%body%node_body(side_nodes(system%contact, k)) == body)) cycle
-      gap = gap_of(x, 0.0_wp, k, system)
+      gap = gap_of(x, 0.0_wp, k, system, form)
       if (gap >= least) cycle
-      normal = normal_of(positions_of(x, 0.0_wp, k, system), [2, 3, 4])
+      normal = normal_of(positions_of(x, 0.0_wp, k, system, form%du), [2, 3, 4])
       if (system%body%node_body(system%contact%ix(1, k)) == body) normal = -normal
       if (dot_product(force, normal) <= 0.0_wp) cycle
       least = gap
-      way = (gap + overshoot*size_of(x, k, system))*normal
+      way = (gap + overshoot*size_of(x, k, system%contact))*normal
     end do
   end function way_down
 
@@ -360,15 +366,16 @@ contains
   end function load_on
 
   !> Sum of the residual over a body.
-  pure function resultant(system, body) result(force)
+  pure function resultant(system, form, body) result(force)
     type(system_t), intent(in) :: system !! residual formed
+    type(form_t), intent(in) :: form !! its kind, right
     integer, intent(in) :: body !! the body
     real(wp) :: force(3), of_form(6)
     integer :: node, k
 
     force = 0.0_wp
-    if (associated(system%form%floating_resultant)) then
-      of_form = system%form%floating_resultant(system, body)
+    if (associated(form%kind%floating_resultant)) then
+      of_form = form%kind%floating_resultant(system, form, body)
       force = of_form(1:3)
       return
     end if
@@ -376,10 +383,10 @@ contains
       if (system%body%node_body(node) /= body) cycle
       do k = 1, 3
         if (system%equation(k, node) == 0) cycle
-        force(k) = force(k) + system%right(system%equation(k, node))
+        force(k) = force(k) + form%right(system%equation(k, node))
       end do
     end do
-    if (system%tools%border%n > 0) force = force + rigid_force(system, body)
+    if (system%tools%unknowns > 0) force = force + rigid_force(system%tools, form%right, body)
   end function resultant
 
   !> Outward unit normal of a facet.
@@ -393,20 +400,21 @@ contains
   end function normal_of
 
   !> Normal gap of a contact element at u + length du, its shift included.
-  pure real(wp) function gap_of(x, length, k, system) result(gap)
+  pure real(wp) function gap_of(x, length, k, system, form) result(gap)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! contact elements
+    type(form_t), intent(in) :: form !! du
     real(wp) :: y(3, 4), xi(2), z(3, 6)
     type(projection_t) :: p
     integer :: i
 
-    y = positions_of(x, length, k, system)
+    y = positions_of(x, length, k, system, form%du)
     if (facet_of_routine(system%contact%routine(k)) /= facet_flat) then
       do i = 1, 6
         associate (node => system%contact%ix(system%contact%slaves(k) + i, k))
-          z(:, i) = x(:, node) + system%u(:, node) + length*system%du(:, node)
+          z(:, i) = x(:, node) + system%u(:, node) + length*form%du(:, node)
         end associate
       end do
       p = project_quadratic(z, y(:, 1), facet_of_routine(system%contact%routine(k)))
@@ -423,35 +431,36 @@ contains
   end function gap_of
 
   !> Positions of the slave point and of the corners of its facet at u + length du.
-  pure function positions_of(x, length, k, system) result(y)
+  pure function positions_of(x, length, k, system, du) result(y)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: length !! share of du
     integer, intent(in) :: k !! contact element
     type(system_t), intent(in) :: system !! u, du
+    real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
     real(wp) :: y(3, 4)
     integer :: i, nodes(3)
 
     y(:, 1) = slave_point(system%contact, k, x) + slave_point(system%contact, k, system%u) &
-      + length*slave_point(system%contact, k, system%du)
+      + length*slave_point(system%contact, k, du)
     if (system%contact%slaves(k) > 1) then
       nodes = system%contact%ix(1:3, k)
       y(:, 1) = y(:, 1) + system%contact%lift(k)*facet_normal(x(:, nodes) + system%u(:, nodes) &
-        + length*system%du(:, nodes))
+        + length*du(:, nodes))
     end if
     nodes = master_nodes(system%contact, k)
     do i = 1, 3
-      y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*system%du(:, nodes(i))
+      y(:, i + 1) = x(:, nodes(i)) + system%u(:, nodes(i)) + length*du(:, nodes(i))
     end do
   end function positions_of
 
   !> Size of the facet of a contact element.
-  pure real(wp) function size_of(x, k, system) result(h)
+  pure real(wp) function size_of(x, k, contact) result(h)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(in) :: k !! contact element
-    type(system_t), intent(in) :: system !! contact elements
+    type(element_list_t), intent(in) :: contact !! contact elements
     integer :: nodes(3)
 
-    nodes = master_nodes(system%contact, k)
+    nodes = master_nodes(contact, k)
     h = norm2(x(:, nodes(2)) - x(:, nodes(1)))
   end function size_of
 end module supports
