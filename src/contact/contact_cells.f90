@@ -15,7 +15,7 @@ module contact_cells
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
-  use cell_motion, only: carry_apexes, find_apexes, have_stayed, lag_nodes
+  use cell_motion, only: carry_apexes, find_apexes, have_stayed, lie_still, lag_nodes
   use contact_apexes, only: only_touches
   use linear_fields, only: linear_field_t
   use master_facets, only: is_plane
@@ -222,7 +222,6 @@ contains
     type(contact_point_t), allocatable :: points(:)
     type(fresh_t) :: fresh
     integer :: f, n, first, last, room
-    real(wp) :: limits(3), same
     logical :: stays
 
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
@@ -233,22 +232,9 @@ contains
     first = 1
     do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
-      call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
-        x_old, x, fresh)
-      limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
-        merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
-        fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
-      ! multipliers have no history at points that a cut could blur, new facets no apexes to keep
-      same = unmoved
-      if (pair%mortar .and. when == cut_after_solve .and. was_free(pair, f)) then
-        same = exactly
-        limits = exactly
-      end if
-      stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                          fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
-      if (when == cut_after_solve) stays = stays .or. has_moved_enough(pair, f, fresh, same)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
-      stays = stays .and. last - first < room
+      call look_at_facet(pair, f, when, cells(first:last), moved(first:last), x_old, x, room, &
+        fresh, stays)
       if (stays) then
         fresh%n = last - first + 1
         pair%history%cells(n + 1:n + fresh%n) = cells(first:last)
@@ -269,9 +255,49 @@ contains
     end do
     pair%history%cells(n + 1:) = cell_t()
     pair%history%new(n + 1:) = contact_point_t()
-    pair%history%cuts = pair%history%cuts + size(pair%points%slave_facets, 2)
     call show_cells(pair)
   end subroutine renew_cells
+
+  !> Whether the cells of a facet stay. It is cut only where its points cannot tell.
+  subroutine look_at_facet(pair, f, when, cells, moved, x_old, x, room, fresh, stays)
+    type(pair_t), intent(inout) :: pair !! counts cuts
+    integer, intent(in) :: f !! the slave facet
+    integer, intent(in) :: when !! at_start, at_touch or after_solve
+    type(cell_t), intent(in) :: cells(:) !! its points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    integer, intent(in) :: room !! places for its points
+    type(fresh_t), intent(inout) :: fresh !! its points if it is cut anew
+    logical, intent(out) :: stays !! they stay
+    real(wp) :: same
+    logical :: exact
+
+    ! multipliers have no history at points that a cut could blur, new facets no apexes to keep
+    exact = pair%mortar .and. when == cut_after_solve .and. was_free(pair, f)
+    same = merge(exactly, unmoved, exact)
+    stays = .false.
+    if (size(cells) <= room) stays = lie_still(pair, f, cells, moved, x, allowed(moved%target))
+    if (stays) return
+    call cut_facet(pair, f, lag_nodes(pair, f, cells, moved, x), x_old, x, fresh)
+    pair%history%cuts = pair%history%cuts + 1
+    stays = have_stayed(pair, f, cells, moved, x, fresh%cell(:fresh%n), fresh%target(:fresh%n), &
+      allowed([moved%target, fresh%target(:fresh%n)]))
+    if (when == cut_after_solve) stays = stays .or. has_moved_enough(pair, f, fresh, same)
+    stays = stays .and. size(cells) <= room
+
+  contains
+
+    !> How far points on these master facets may have moved, as in ways_allowed.
+    pure function allowed(targets) result(limits)
+      integer, intent(in) :: targets(:) !! master facets, 0 for none
+      real(wp) :: limits(3)
+
+      limits = exactly
+      if (.not. exact) limits = ways_allowed(when, moved%status, has_slipped(pair, f), &
+        merge(followed, unmoved, are_level(pair, x, targets)), all(pair%friction%mu <= 0.0_wp))
+    end function allowed
+  end subroutine look_at_facet
 
   !> No point of a facet was closed at the last converged state.
   pure logical function was_free(pair, f) result(free)
