@@ -393,17 +393,10 @@ contains
     real(wp), intent(out) :: outline(2, most_outline) !! corners of the outline
     integer, intent(out) :: n !! how many
     real(wp) :: y(3, most_outline), gaps(most_outline)
-    real(wp), parameter :: half = 0.5_wp, none = 0.0_wp, one = 1.0_wp
-    real(wp), parameter :: outline_places(2, most_outline) &
-      = reshape([one, none, half, half, none, one, &
-      none, half, none, none, half, none], [2, most_outline])
-    integer :: k
 
     if (is_bent(pair, f) .or. is_quadratic(pair, target)) then
       n = most_outline
-      do k = 1, n
-        y(:, k) = field_on_facet(pair, target, x, x, outline_places(:, k))
-      end do
+      y = outline_of(pair, target, x)
     else
       n = 3
       outline(:, :3) = project_corners(plane, corners_of(x, pair%surface%facets(:, target)))
@@ -415,6 +408,26 @@ contains
       call project_points(slave(:, :3), n, y(:, :n), outline(:, :n), gaps(:n))
     end if
   end subroutine find_outline
+
+  !> Corners of a master facet and the middles of its edges, in turn.
+  pure function outline_of(pair, target, x) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: target !! the master facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: y(3, most_outline)
+    integer :: k
+    real(wp), parameter :: half = 0.5_wp, none = 0.0_wp
+    real(wp), parameter :: middles(2, 3) = reshape([half, half, none, half, half, none], [2, 3])
+
+    y(:, 1::2) = corners_of(x, pair%surface%facets(:, target))
+    if (is_quadratic(pair, target) .and. .not. pair%surface%round) then
+      y(:, 2::2) = corners_of(x, pair%surface%middles(:, target))
+      return
+    end if
+    do k = 1, 3
+      y(:, 2*k) = field_on_facet(pair, target, x, x, middles(:, k))
+    end do
+  end function outline_of
 
   !> The projections of points on a master facet, and their distances.
   pure subroutine place_on_target(pair, target, x, y, place, gaps)

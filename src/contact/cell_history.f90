@@ -159,16 +159,17 @@ contains
     type(cell_t), intent(in) :: cell !! where the point is
     integer, intent(in) :: target !! its master facet
     real(wp), intent(in) :: x(:, :) !! (3, nodes) last converged positions [length]
-    real(wp) :: apex(2), slip(7), gap, start(2)
+    real(wp) :: apex(2), slip(7), start(2)
     integer :: path(longest_path), n, k, status
+    logical :: slips
     type(contact_point_t) :: point
 
-    call find_path(pair, cell_position(pair, cell, x), target, x, path, n)
-    call project_on_master(pair, path(n), x, cell_position(pair, cell, x), apex, gap)
+    call find_path(pair, cell_position(pair, cell, x), target, x, path, n, apex)
     slip = bounded_field_at(field, cell%weight(1:2), 1.0_wp)
-    apex = step_back(pair, path(n), x, apex, matmul(facet_frame(corners(x, &
+    slips = any(abs(slip(1:3)) > 0.0_wp)
+    if (slips) apex = step_back(pair, path(n), x, apex, matmul(facet_frame(corners(x, &
       pair%points%slave_facets(:, cell%slave))), slip(1:3)))
-    if (.not. pair%augmented) then
+    if (slips .and. .not. pair%augmented) then
       point%target = path(n)
       point%apex = apex
       point%path = path_at(field, cell)
@@ -200,14 +201,15 @@ contains
 
   !> The facets from a target to the one that a point projects on, across edges; the target alone if
   !! there is no such way.
-  pure subroutine find_path(pair, y, target, x, path, n)
+  pure subroutine find_path(pair, y, target, x, path, n, xi)
     type(pair_t), intent(in) :: pair !! the pair
     real(wp), intent(in) :: y(3) !! the point [length]
     integer, intent(in) :: target !! where the path begins
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     integer, intent(out) :: path(longest_path) !! facets
     integer, intent(out) :: n !! how many
-    real(wp) :: xi(2), gap
+    real(wp), intent(out) :: xi(2) !! (xi, eta) of its projection on the last
+    real(wp) :: gap
     integer :: corner, next
 
     path = target
@@ -222,6 +224,8 @@ contains
       n = n + 1
       path(n) = next
     end do
-    if (n == longest_path) n = 1
+    if (n < longest_path) return
+    n = 1
+    call project_on_master(pair, target, x, y, xi, gap)
   end subroutine find_path
 end module cell_history

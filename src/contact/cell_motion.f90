@@ -12,12 +12,16 @@ module cell_motion
   use smooth_normals, only: project_on_master
   implicit none
   private
-  public :: carry_apexes, find_apexes, have_stayed, lag_nodes
+  public :: carry_apexes, find_apexes, have_stayed, lie_still, lag_nodes
 
   !> Points of cells that are cut anew are where they were, in shape functions.
   real(wp), parameter :: at_place = 1.0e-8_wp
   !> Elastic slip below this is none [shape functions].
   real(wp), parameter :: no_slip = 1.0e-12_wp
+  !> A facet all of which is covered, but for such a share, need not be cut where its points have
+  !! moved by less than so much of what is allowed: the cut could not change the cover by as much as
+  !! that.
+  real(wp), parameter :: all_covered = 1.0e-3_wp, well_within = 0.1_wp
 
 contains
 
@@ -75,8 +79,6 @@ contains
     integer, intent(in) :: target(:) !! and their targets
     real(wp), intent(in) :: limits(3) !! for points that slip or are open, for those that stick
                                       !! [shape functions], and for the cover [share of the facet]
-    real(wp) :: xi(2), gap
-    integer :: p
 
     stay = size(cells) > 0
     if (.not. stay) return
@@ -84,17 +86,50 @@ contains
       < minval(limits(:2))))) return
     stay = abs(sum(cells%area) - sum(fresh%area)) <= min(1.0_wp, limits(3))* &
       pair%points%slave_area(f) .and. (any(moved%target > 0) .eqv. any(target > 0))
+    if (stay) stay = points_rest(pair, cells, moved, x, limits(:2))
+  end function have_stayed
+
+  !> The cells of a facet stay, as its points tell without a cut: all of it is covered, and they
+  !! have moved so little over the master that its cover has not changed.
+  pure logical function lie_still(pair, f, cells, moved, x, limits) result(stay)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: f !! the slave facet
+    type(cell_t), intent(in) :: cells(:) !! its points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: limits(3) !! as in have_stayed
+
+    stay = size(cells) > 0
+    if (stay) stay = all(moved%target > 0) .and. abs(sum(cells%area) - pair%points%slave_area(f)) &
+      <= all_covered*pair%points%slave_area(f)
+    if (stay) stay = points_rest(pair, cells, moved, x, well_within*min(1.0_wp, limits(:2), &
+      limits(3)))
+  end function lie_still
+
+  !> The points of cells have hardly moved over the master: their apexes, or where they are open
+  !! their projections.
+  pure logical function points_rest(pair, cells, moved, x, limits) result(rest)
+    type(pair_t), intent(in) :: pair !! the pair
+    type(cell_t), intent(in) :: cells(:) !! points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp), intent(in) :: limits(2) !! for points that slip or are open, and for those that stick
+                                      !! [shape functions]
+    real(wp) :: xi(2), gap
+    integer :: p
+
+    rest = .true.
     do p = 1, size(cells)
-      if (.not. stay) return
+      if (.not. rest) return
       if (moved(p)%target == 0) cycle
       xi = moved(p)%apex
       if (moved(p)%status <= status_open) then
         call project_on_master(pair, moved(p)%target, x, cell_position(pair, cells(p), x), xi, gap)
       end if
-      stay = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
+      rest = maxval(abs(xi - cells(p)%place)) <= limits(merge(2, 1, moved(p)%status &
                                                                == status_stick))
     end do
-  end function have_stayed
+  end function points_rest
 
   !> Cut anew, the cells would be the same: same facets below them, points where they are, as
   !! nearly as the limits say. (Tips may be further from where the cells were made than that: the

@@ -15,7 +15,7 @@ module contact_cells
   use cell_room, only: most_cells
   use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
-  use cell_motion, only: carry_apexes, find_apexes, have_stayed, lag_nodes
+  use cell_motion, only: carry_apexes, find_apexes, have_stayed, lie_still, lag_nodes
   use contact_apexes, only: only_touches
   use linear_fields, only: linear_field_t
   use master_facets, only: is_plane
@@ -41,6 +41,8 @@ module contact_cells
   real(wp), parameter :: covered = 1.0e-4_wp
   !> The same where points have just touched: there is nothing yet to be kept.
   real(wp), parameter :: exactly = 1.0e-9_wp
+  !> What points of multipliers at nodes may have moved by over the master while their cells stay.
+  real(wp), parameter :: at_nodes = 1.0e-3_wp
   !> When facets are cut: before an increment, when it is known where points have touched in it, and
   !! after a solve.
   integer, parameter :: cut_at_start = 1, cut_at_touch = 2, cut_after_solve = 3
@@ -223,7 +225,6 @@ contains
     type(contact_point_t), allocatable :: points(:)
     type(fresh_t) :: fresh
     integer :: f, n, first, last, room
-    real(wp) :: limits(3)
     logical :: stays
 
     call fit_tree(pair%surface%tree, pair%surface%facets, x)
@@ -234,25 +235,9 @@ contains
     first = 1
     do f = 1, size(pair%points%slave_facets, 2)
       last = last_of(cells, first, f)
-      if (pair%mortar) then
-        call cut_facet(pair, f, slave_positions(pair, f, x), x_old, x, fresh)
-      else
-        call cut_facet(pair, f, lag_nodes(pair, f, cells(first:last), moved(first:last), x), &
-          x_old, x, fresh)
-      end if
-      ! multipliers at nodes have no history at points that a cut could blur
-      stays = .not. pair%mortar
-      if (stays) then
-        limits = ways_allowed(when, moved(first:last)%status, has_slipped(pair, f), &
-          merge(followed, unmoved, are_level(pair, x, [moved(first:last)%target, &
-          fresh%target(:fresh%n)])), all(pair%friction%mu <= 0.0_wp))
-        stays = have_stayed(pair, f, cells(first:last), moved(first:last), x, &
-                            fresh%cell(:fresh%n), fresh%target(:fresh%n), limits)
-      end if
-      if (when == cut_after_solve .and. .not. stays) stays = &
-        has_moved_enough(pair, f, x, cells(first:last), points(first:last)%target, fresh)
       room = count_points(pair) - n - (size(pair%points%slave_facets, 2) - f)
-      stays = stays .and. last - first < room
+      call look_at_facet(pair, f, when, cells(first:last), moved(first:last), x_old, x, room, &
+        fresh, stays)
       if (stays) then
         fresh%n = last - first + 1
         pair%history%cells(n + 1:n + fresh%n) = cells(first:last)
@@ -273,9 +258,55 @@ contains
     end do
     pair%history%cells(n + 1:) = cell_t()
     pair%history%new(n + 1:) = contact_point_t()
-    pair%history%cuts = pair%history%cuts + size(pair%points%slave_facets, 2)
     call show_cells(pair)
   end subroutine renew_cells
+
+  !> Whether the cells of a facet stay. It is cut only where its points cannot tell. Multipliers at
+  !! nodes have no history at points that a cut could blur: their cells are where the bodies are.
+  subroutine look_at_facet(pair, f, when, cells, moved, x_old, x, room, fresh, stays)
+    type(pair_t), intent(inout) :: pair !! counts cuts
+    integer, intent(in) :: f !! the slave facet
+    integer, intent(in) :: when !! at_start, at_touch or after_solve
+    type(cell_t), intent(in) :: cells(:) !! its points
+    type(contact_point_t), intent(in) :: moved(:) !! their state, with the apexes at x
+    real(wp), intent(in) :: x_old(:, :) !! (3, nodes) last converged positions [length]
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) current positions [length]
+    integer, intent(in) :: room !! places for its points
+    type(fresh_t), intent(inout) :: fresh !! its points if it is cut anew
+    logical, intent(out) :: stays !! they stay
+    type(contact_point_t) :: seen(size(moved))
+    real(wp) :: nodes(3, 6)
+
+    seen = moved
+    if (pair%mortar) seen%status = status_open
+    stays = .false.
+    if (size(cells) <= room) stays = lie_still(pair, f, cells, seen, x, allowed(moved%target))
+    if (stays) return
+    if (pair%mortar) then
+      nodes = slave_positions(pair, f, x)
+    else
+      nodes = lag_nodes(pair, f, cells, moved, x)
+    end if
+    call cut_facet(pair, f, nodes, x_old, x, fresh)
+    pair%history%cuts = pair%history%cuts + 1
+    if (.not. pair%mortar) stays = have_stayed(pair, f, cells, moved, x, fresh%cell(:fresh%n), &
+      fresh%target(:fresh%n), allowed([moved%target, fresh%target(:fresh%n)]))
+    if (when == cut_after_solve .and. .not. stays) stays = &
+      has_moved_enough(pair, f, x, cells, moved%target, fresh)
+    stays = stays .and. size(cells) <= room
+
+  contains
+
+    !> How far points on these master facets may have moved, as in ways_allowed.
+    pure function allowed(targets) result(limits)
+      integer, intent(in) :: targets(:) !! master facets, 0 for none
+      real(wp) :: limits(3)
+
+      limits = at_nodes
+      if (.not. pair%mortar) limits = ways_allowed(when, moved%status, has_slipped(pair, f), &
+        merge(followed, unmoved, are_level(pair, x, targets)), all(pair%friction%mu <= 0.0_wp))
+    end function allowed
+  end subroutine look_at_facet
 
   !> A facet does not change its cells for ever: not often in an increment, and not back to those
   !! that it has left last, as long as they cover what the master does, and lie over their targets.

@@ -5,12 +5,12 @@ module master_facets
   use facet_geometry, only: corners, barycentric, facet_normal
   use elmlib, only: routine_mfec, routine_smooth, routine_quadratic, routine_round, &
     facet_of_routine
-  use quadratic_facet, only: facet_shapes_t, facet_shapes
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_weights
   use vectors, only: cross
   implicit none
   private
-  public :: is_quadratic, is_plane, facet_kind, all_nodes, facet_routine, field_on_facet, &
-    find_sharp_edges, normal_at_edge
+  public :: is_quadratic, is_plane, facet_kind, all_nodes, all_corners, facet_routine, &
+    field_on_facet, find_sharp_edges, normal_at_edge
 
   !> Quadratic facets whose normals differ by more than this cosine tells do not go on smoothly.
   real(wp), parameter :: smooth_facet_cosine = 0.7_wp
@@ -44,6 +44,18 @@ contains
     if (is_quadratic(pair, facet)) nodes = [nodes, pair%surface%middles(:, facet)]
   end function all_nodes
 
+  !> Positions of the six nodes of a quadratic facet; x(:, nodes) as an argument would be copied to
+  !! the heap.
+  pure function all_corners(pair, facet, x) result(y)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: facet !! the facet
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    real(wp) :: y(3, 6)
+
+    y(:, :3) = corners(x, pair%surface%facets(:, facet))
+    y(:, 4:) = corners(x, pair%surface%middles(:, facet))
+  end function all_corners
+
   !> The contact element on a facet.
   pure integer function facet_routine(pair, facet) result(routine)
     type(pair_t), intent(in) :: pair !! the pair
@@ -63,13 +75,10 @@ contains
     real(wp), intent(in) :: field(:, :) !! (3, nodes) the field
     real(wp), intent(in) :: xi(2) !! (xi, eta)
     real(wp) :: y(3)
-    type(facet_shapes_t) :: s
 
     if (is_quadratic(pair, facet)) then
-      associate (nodes => all_nodes(pair, facet))
-        s = facet_shapes(xi, facet_kind(pair, facet), x(:, nodes))
-        y = matmul(field(:, nodes), s%n)
-      end associate
+      y = matmul(all_corners(pair, facet, field), facet_weights(xi, facet_kind(pair, facet), &
+        all_corners(pair, facet, x)))
     else
       y = matmul(field(:, pair%surface%facets(:, facet)), barycentric(xi))
     end if
@@ -122,8 +131,8 @@ contains
       return
     end if
     l = merge(0.0_wp, 0.5_wp, pair%surface%neighbours(:, facet) == across)
-    s = facet_shapes(l(1:2), facet_kind(pair, facet), x(:, all_nodes(pair, facet)))
-    t = matmul(x(:, all_nodes(pair, facet)), s%d)
+    s = facet_shapes(l(1:2), facet_kind(pair, facet), all_corners(pair, facet, x))
+    t = matmul(all_corners(pair, facet, x), s%d)
     normal = cross(t(:, 1), t(:, 2))
     normal = normal/norm2(normal)
   end function normal_at_edge

@@ -9,7 +9,8 @@ module mortar_points
   use smooth_normals, only: project_on_master
   use mortar_functions, only: frame_of
   use mortar_types, only: mortar_t
-  use mortar_weights, only: under_t, look_under, weigh_nodes
+  use mortar_under, only: under_t, look_under
+  use mortar_weights, only: weigh_nodes
   use mortar_history, only: take_history
   implicit none
   private

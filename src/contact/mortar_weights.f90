@@ -4,46 +4,32 @@
 !! Eq. (7.13): `add_point` adds to the sums, `keep_covered` divides by W_i; the gaps that the rows
 !! give at any positions are those of `find_gaps` of mortar_unknowns.
 module mortar_weights
-  use kinds, only: wp
+  use kinds, only: wp, machine_epsilon
   use contact_types, only: pair_t
   use mortar_types, only: mortar_t
   use mortar_functions, only: dual_functions, hat_functions, frame_of
-  use contact_parameters, only: point_parameters
   use contact_overlap, only: withheld_gap
-  use contact_points, only: count_points, point_position
-  use elmlib, only: n_parameters
-  use facet_geometry, only: corners, facet_normal, project_on_facet, barycentric
-  use friction_axes, only: axes_t, find_axes
-  use master_facets, only: is_quadratic, facet_kind, all_nodes
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, projection_t, project_quadratic, &
-    facet_flat
+  use contact_points, only: count_points
+  use mortar_under, only: under_t, look_under, most_masters
   use slave_places, only: is_bent, slave_nodes
   implicit none
   private
-  public :: weigh_nodes, under_t, look_under
+  public :: weigh_nodes
 
   !> A node of which less than this share is covered has no multiplier.
   real(wp), parameter :: least_cover = 1.0e-4_wp
   !> A node none of whose points is nearer to the master than this share of its width has no
   !! multiplier either: each round looks anew.
   real(wp), parameter :: far_away = 0.25_wp
-  !> Nodes that a point has weights at: of a slave facet and of a master facet.
-  integer, parameter :: most_slaves = 6, most_masters = 6
-
-  !> Where a point lies on the master.
-  type :: under_t
-    integer :: n = 0 !! nodes of the facet
-    integer :: node(most_masters) = 0 !! these
-    real(wp) :: now(most_masters) = 0.0_wp !! their weights at the projection
-    real(wp) :: before(most_masters) = 0.0_wp !! those at the apex
-    real(wp) :: normal(3) = 0.0_wp !! outward unit normal there
-    real(wp) :: axis(3) = 0.0_wp !! principal axis of mu1
-    real(wp) :: gap = 0.0_wp !! distance, positive outside [length]
-  end type under_t
+  !> Weights of a row, which are of the order of 1, below this are round-off.
+  real(wp), parameter :: nothing = 16.0_wp*machine_epsilon
+  !> Nodes of a slave facet that a point has weights at.
+  integer, parameter :: most_slaves = 6
 
   !> Entries of the rows before they are sorted.
   type :: entries_t
     integer :: n = 0 !! how many
+    logical :: again = .false. !! the next ones are added to those that stand there
     integer, allocatable :: row(:) !! multiplier
     integer, allocatable :: column(:) !! node
     real(wp), allocatable :: now(:) !! weight
@@ -108,7 +94,8 @@ contains
     integer, intent(inout) :: latest(:) !! (nodes) last multiplier of each node
     integer, intent(inout) :: before(:) !! (multipliers) the one before of the same node
     type(entries_t), intent(inout) :: entries !! entries of the rows
-    integer :: point(last - first + 1), corner(3, last - first + 1), own(3), n, p, part, face
+    integer :: point(last - first + 1), corner(3, last - first + 1), own(3), n, p, part, &
+      face, target, start
     real(wp) :: hat(3, last - first + 1), psi(3, last - first + 1), area(last - first + 1)
     logical :: left(last - first + 1)
 
@@ -139,7 +126,13 @@ contains
         own = facet(corner(:, 1))
       end associate
       call find_multipliers(own, face, nodes, normal, axis, latest, before)
+      target = 0
       do p = 1, n
+        ! points of one cell have the same nodes
+        entries%again = pair%history%new(point(p))%target == target
+        target = pair%history%new(point(p))%target
+        if (entries%again) entries%n = start
+        start = entries%n
         call add_point(pair, point(p), own, hat(:, p), psi(:, p), x, nodes, normal, axis, entries)
       end do
     end do
@@ -216,7 +209,7 @@ contains
     end do
   end subroutine add_point
 
-  !> One more entry.
+  !> One more entry, or more of one.
   pure subroutine add_entry(row, column, value, entries)
     integer, intent(in) :: row !! multiplier
     integer, intent(in) :: column !! node
@@ -224,55 +217,17 @@ contains
     type(entries_t), intent(inout) :: entries !! grows
 
     entries%n = entries%n + 1
-    entries%row(entries%n) = row
-    entries%column(entries%n) = column
-    entries%now(entries%n) = value(1)
-    entries%before(entries%n) = value(2)
-  end subroutine add_entry
-
-  !> The master under a point: weights of its nodes at the projection and at the apex, the normal
-  !! and the axis of friction.
-  pure subroutine look_under(pair, p, x, under)
-    type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: p !! the point, with a target
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
-    type(under_t), intent(out) :: under !! what is there
-    real(wp) :: y(3), xi(2), t(3, 2), d(n_parameters)
-    type(projection_t) :: at
-    type(facet_shapes_t) :: s
-    type(axes_t) :: axes
-
-    y = point_position(pair, p, x)
-    associate (point => pair%history%new(p), facet => pair%history%new(p)%target)
-      if (is_quadratic(pair, facet)) then
-        under%n = 6
-        under%node = all_nodes(pair, facet)
-        at = project_quadratic(x(:, under%node), y, facet_kind(pair, facet))
-        if (.not. at%found) at = project_quadratic(x(:, under%node), y, facet_flat)
-        xi = at%xi
-        under%gap = at%gap
-        t = at%t
-        under%normal = at%normal
-        s = facet_shapes(xi, facet_kind(pair, facet), x(:, under%node))
-        under%now = s%n
-        s = facet_shapes(point%apex, facet_kind(pair, facet), x(:, under%node))
-        under%before = s%n
-      else
-        under%n = 3
-        under%node(:3) = pair%surface%facets(:, facet)
-        associate (c => corners(x, under%node(:3)))
-          call project_on_facet(c, y, xi, under%gap)
-          t = c(:, 1:2) - spread(c(:, 3), 2, 2)
-          under%normal = facet_normal(c)
-        end associate
-        under%now(:3) = barycentric(xi)
-        under%before(:3) = barycentric(point%apex)
+    associate (e => entries%n)
+      if (.not. entries%again) then
+        entries%row(e) = row
+        entries%column(e) = column
+        entries%now(e) = 0.0_wp
+        entries%before(e) = 0.0_wp
       end if
-      d = point_parameters(pair, p, facet)
-      call find_axes(d, t(:, 1), t(:, 2), under%normal, xi, y, axes)
-      under%axis = axes%p(:, 1)
+      entries%now(e) = entries%now(e) + value(1)
+      entries%before(e) = entries%before(e) + value(2)
     end associate
-  end subroutine look_under
+  end subroutine add_entry
 
   !> Drops what is hardly covered or far away; weights are divided out, means become frames.
   pure subroutine keep_covered(pair, normal, axis, nodes, entries)
@@ -391,10 +346,32 @@ contains
           end associate
         end associate
       end do
+      call drop_nothing(nodes%first(i), n, place, nodes)
     end do
     nodes%first(nodes%n + 1) = n + 1
     nodes%column = nodes%column(:n)
     nodes%now = nodes%now(:n)
     nodes%before = nodes%before(:n)
   end subroutine sort_rows
+
+  !> Dual functions do not see their neighbours on plane facets: what round-off leaves of these in a
+  !! row is dropped.
+  pure subroutine drop_nothing(first, n, place, nodes)
+    integer, intent(in) :: first !! where the row begins
+    integer, intent(inout) :: n !! where it ends
+    integer, intent(inout) :: place(:) !! (nodes) entry of each in the row; gets 0
+    type(mortar_t), intent(inout) :: nodes !! column, now, before
+    integer :: e, last
+
+    last = n
+    n = first - 1
+    do e = first, last
+      place(nodes%column(e)) = 0
+      if (max(abs(nodes%now(e)), abs(nodes%before(e))) <= nothing) cycle
+      n = n + 1
+      nodes%column(n) = nodes%column(e)
+      nodes%now(n) = nodes%now(e)
+      nodes%before(n) = nodes%before(e)
+    end do
+  end subroutine drop_nothing
 end module mortar_weights

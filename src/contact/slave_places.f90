@@ -6,7 +6,7 @@ module slave_places
   use contact_types, only: pair_t, cell_t
   use facet_geometry, only: corners, facet_normal, project_points
   use smooth_patch, only: patch_point_t, patch_at, patch_from_values
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_weights, facet_bent
   implicit none
   private
   public :: is_bent, slave_nodes, slave_positions, slave_weights, cell_position, place_of, &
@@ -57,13 +57,11 @@ contains
     integer, intent(in) :: f !! the slave facet
     real(wp), intent(in) :: place(3) !! shape functions of the corners alone
     real(wp) :: weights(pair%points%n_slaves)
-    type(facet_shapes_t) :: s
 
     weights = 0.0_wp
     weights(:3) = place
     if (.not. is_bent(pair, f)) return
-    s = facet_shapes(place(1:2), facet_bent)
-    weights = s%n
+    weights = facet_weights(place(1:2), facet_bent)
   end function slave_weights
 
   !> The place of a point of a cell.
@@ -75,7 +73,7 @@ contains
     integer :: k
 
     if (is_bent(pair, cell%slave)) then
-      y = matmul(x(:, slave_nodes(pair, cell%slave)), slave_weights(pair, cell%slave, cell%weight))
+      y = matmul(slave_positions(pair, cell%slave, x), facet_weights(cell%weight(1:2), facet_bent))
     else
       y = 0.0_wp
       do k = 1, 3
@@ -115,11 +113,9 @@ contains
     logical, intent(in) :: bent !! it has six nodes
     real(wp), intent(in) :: xi(2) !! (xi, eta)
     real(wp) :: z(3)
-    type(facet_shapes_t) :: s
 
     if (bent) then
-      s = facet_shapes(xi, facet_bent)
-      z = matmul(y, s%n)
+      z = matmul(y, facet_weights(xi, facet_bent))
     else
       z = y(:, 3) + xi(1)*(y(:, 1) - y(:, 3)) + xi(2)*(y(:, 2) - y(:, 3))
     end if

@@ -8,7 +8,7 @@ module smooth_normals
   use facet_geometry, only: corners, facet_normal, project_on_facet
   use smooth_patch, only: patch_t, patch_point_t, n_patch_values, patch_from_values, &
     patch_values, project_on_patch, patch_at, patch_frame, dual_frame
-  use master_facets, only: is_quadratic, facet_kind, all_nodes, field_on_facet
+  use master_facets, only: is_quadratic, facet_kind, all_corners, field_on_facet
   use quadratic_facet, only: project_on_quadratic
   implicit none
   private
@@ -341,7 +341,7 @@ contains
     real(wp), intent(out) :: gap !! distance, positive outside [length]
 
     if (is_quadratic(pair, facet)) then
-      call project_on_quadratic(x(:, all_nodes(pair, facet)), facet_kind(pair, facet), y, xi, gap)
+      call project_on_quadratic(all_corners(pair, facet, x), facet_kind(pair, facet), y, xi, gap)
     else if (pair%smooth) then
       call project_on_patch(corners(x, pair%surface%facets(:, facet)), &
         patch_from_values(pair%surface%patch(:, facet)), y, xi, gap)

@@ -11,6 +11,10 @@ module mortar_compliance
   private
   public :: add_body, find_motions
 
+  !> Multipliers whose forces act at once: loops over their ways are long enough for the processor's
+  !! vectors, and short enough for its caches.
+  integer, parameter :: at_once = 16
+
 contains
 
   !> What a body adds to the compliance: G = B C B_f^T, eq. (7.17).
@@ -18,8 +22,8 @@ contains
     type(condensed_t), intent(in) :: condensed !! live candidates
     type(condensed_body_t), intent(in) :: body !! its compliance
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets compliance
-    real(wp) :: moved(3, body%n_live)
-    integer :: own(3, size(unknowns%rows%column)), i, l
+    real(wp) :: moved(3*at_once, body%n_live)
+    integer :: own(3, size(unknowns%rows%column)), i, l, last
     logical :: touches(unknowns%n)
 
     associate (rows => unknowns%rows)
@@ -27,18 +31,22 @@ contains
       do i = 1, unknowns%n
         touches(i) = any(own(:, rows%first(i):rows%first(i + 1) - 1) > 0)
       end do
-      !$omp parallel do schedule(dynamic, 8) default(none) shared(unknowns, body, own, touches) &
-      !$omp& private(l, i, moved)
-      do l = 1, unknowns%n
-        if (.not. touches(l)) cycle
-        call product_with(body, own, unknowns%rows, l, moved)
-        do i = 1, unknowns%n
-          if (touches(i)) call add_block(own, unknowns%rows, i, l, moved, &
-            unknowns%compliance(3*i - 2:3*i, 3*l - 2:3*l))
-        end do
-      end do
-      !$omp end parallel do
     end associate
+    !$omp parallel do schedule(dynamic) default(none) shared(unknowns, body, own, touches) &
+    !$omp& private(l, i, last, moved)
+    do l = 1, unknowns%n, at_once
+      last = min(l + at_once - 1, unknowns%n)
+      moved(3*(last - l + 1) + 1:, :) = 0.0_wp
+      if (.not. any(touches(l:last))) cycle
+      do i = l, last
+        call product_with(body, own, unknowns%rows, i, moved(3*(i - l) + 1:3*(i - l) + 3, :))
+      end do
+      do i = 1, unknowns%n
+        if (touches(i)) call add_blocks(own, unknowns%rows, i, l, last, moved, &
+          unknowns%compliance(3*i - 2:3*i, 3*l - 2:3*last))
+      end do
+    end do
+    !$omp end parallel do
   end subroutine add_body
 
   !> Live candidates of a body at nodes, 0 for none.
@@ -86,16 +94,16 @@ contains
     end do
   end subroutine product_with
 
-  !> Adds the weighted ways of one multiplier by the forces of another, along their frames.
-  pure subroutine add_block(own, rows, i, l, moved, block)
+  !> Adds the weighted ways of one multiplier by the forces of some others, along their frames.
+  pure subroutine add_blocks(own, rows, i, l, last, moved, blocks)
     integer, intent(in) :: own(:, :) !! (3, entries) live candidates of the body, 0 for none
     type(mortar_rows_t), intent(in) :: rows !! rows of all multipliers
     integer, intent(in) :: i !! the one that moves
-    integer, intent(in) :: l !! the one whose force acts
-    real(wp), intent(in) :: moved(:, :) !! (force, n_live) ways of the body [length/force]
-    real(wp), intent(inout) :: block(3, 3) !! (frame of i, frame of l) of the compliance
-    real(wp) :: now(3, 3), before(3, 3), ways(3, 3)
-    integer :: e, k
+    integer, intent(in) :: l, last !! those whose forces act
+    real(wp), intent(in) :: moved(3*at_once, *) !! (forces, n_live) ways of the body [length/force]
+    real(wp), intent(inout) :: blocks(:, :) !! (frame of i, frames of those) of the compliance
+    real(wp), dimension(3*at_once, 3) :: now, before, ways
+    integer :: e, k, m
 
     now = 0.0_wp
     before = 0.0_wp
@@ -106,10 +114,21 @@ contains
         before(:, k) = before(:, k) + rows%before(e)*moved(:, own(k, e))
       end do
     end do
-    ways(:, 1:2) = matmul(before, rows%frame(:, 1:2, i))
-    ways(:, 3) = matmul(now, rows%frame(:, 3, i))
-    block = block + matmul(transpose(ways), rows%frame(:, :, l))
-  end subroutine add_block
+    associate (frame => rows%frame(:, :, i))
+      do k = 1, 2
+        ways(:, k) = before(:, 1)*frame(1, k) + before(:, 2)*frame(2, k) + before(:, 3)*frame(3, k)
+      end do
+      ways(:, 3) = now(:, 1)*frame(1, 3) + now(:, 2)*frame(2, 3) + now(:, 3)*frame(3, 3)
+    end associate
+    do m = 0, last - l
+      do k = 1, 3
+        associate (axis => rows%frame(:, k, l + m), block => blocks(:, 3*m + k))
+          block = block + (ways(3*m + 1, :)*axis(1) + ways(3*m + 2, :)*axis(2) &
+            + ways(3*m + 3, :)*axis(3))
+        end associate
+      end do
+    end do
+  end subroutine add_blocks
 
   !> What rigid motions do to the multipliers, work of the forces on these, and that of the loads.
   pure subroutine find_motions(system, form, unknowns)
