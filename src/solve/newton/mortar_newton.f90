@@ -104,8 +104,8 @@ contains
     result%criterion = now%criterion
   end subroutine solve_multipliers
 
-  !> Forces of a pair that in sum are no more than what round-off of lengths makes are none: of a
-  !! body that has been lifted friction and pressure would be two such numbers, their ratio any.
+  !> Forces of a pair none of which is more than what round-off of lengths makes are none: of a body
+  !! that has been lifted friction and pressure would be two such numbers, their ratio any.
   pure subroutine drop_noise(unknowns, now)
     type(mortar_system_t), intent(in) :: unknowns !! gaps, scales
     type(iterate_t), intent(inout) :: now !! a solution
@@ -113,7 +113,7 @@ contains
 
     do k = 1, size(unknowns%start) - 1
       associate (first => unknowns%start(k) + 1, last => unknowns%start(k + 1))
-        if (sum(abs(now%z(3*first - 2:3*last))) > round_off(unknowns)) cycle
+        if (any(abs(now%z(3*first - 2:3*last)) > round_off(unknowns))) cycle
         now%z(3*first - 2:3*last) = 0.0_wp
         now%closed(first:last) = .false.
         now%slips(first:last) = .false.
