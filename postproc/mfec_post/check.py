@@ -16,6 +16,7 @@ from .proof_law import Judge
 from .proof_lines import AUGMENTED, LINES, MORTAR, PLAIN, ROUND_OFF, Array, Ledger
 from .proof_mortar import NodeJudge
 from .proof_run import Refusal, Run, cross
+from .proof_smooth import Shapes
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -34,6 +35,7 @@ class Proof:
         self.pairs = [Pair(self.run, name, group) for name, group in self.run.pairs.items()]
         self.judges = [(NodeJudge if pair.points == AT_NODES else Judge)(pair, self.ledger)
                        for pair in self.pairs]
+        self.shapes = [Shapes(pair) if pair.smooth else None for pair in self.pairs]
         if any(pair.augmented for pair in self.pairs):
             self.ledger.form = AUGMENTED
         if any(pair.points == AT_NODES for pair in self.pairs):
@@ -59,14 +61,16 @@ class Proof:
         begin, last = (float(run.contact['begin'][k]) if contact else 0.0), float(
             run.times[k - 1]) if k else 0.0
         points = [Points(pair, k) for pair in self.pairs]
+        for shape, p in zip(self.shapes, points):
+            if shape is not None:
+                shape.judge(p, k, x, ledger)
         sides = [pair.forces(p, x) for pair, p in zip(self.pairs, points)]
         forces = sum((here + there for here, there in sides), np.zeros_like(x))
         self.equilibrium(float(run.times[k]), u, reaction, internal, forces, moment)
-        cut = k == 0 or abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
-        found = [judge.end_time(k, x, self.plain, cut) for judge in self.judges]
+        cut = abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
+        penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))
         self.tables(reaction, [here for here, _ in sides], x)
-        penalty = sum(energy for _, energy in found)
-        self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p, _ in found))
+        self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p in points))
 
     def stresses(self, k: int, stress: Array) -> None:
         """Stress of the cells, and what is formed from written stresses."""
