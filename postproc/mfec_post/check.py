@@ -13,8 +13,9 @@ from .proof_bulk import Bodies
 from .proof_contact import MORTAR as AT_NODES
 from .proof_contact import Pair, Points
 from .proof_law import Judge
-from .proof_lines import AUGMENTED, LINES, MORTAR, PLAIN, ROUND_OFF, Array, Ledger
+from .proof_lines import AUGMENTED, MORTAR, PLAIN, ROUND_OFF, Array, Ledger
 from .proof_mortar import NodeJudge
+from .proof_nodal import NodalStress
 from .proof_run import Refusal, Run, cross
 from .proof_smooth import Shapes
 
@@ -32,6 +33,9 @@ class Proof:
     def __init__(self, path: str):
         self.run, self.ledger = Run(path), Ledger()
         self.bodies = Bodies(self.run)
+        plain = self.bodies.blocks and not any(block.form for block in self.bodies.blocks)
+        self.nodal = NodalStress(self.run, self.bodies) if plain and 'nodal_stress' in self.run.vtk[
+            'PointData'] else None
         self.pairs = [Pair(self.run, name, group) for name, group in self.run.pairs.items()]
         self.judges = [(NodeJudge if pair.points == AT_NODES else Judge)(pair, self.ledger)
                        for pair in self.pairs]
@@ -78,9 +82,13 @@ class Proof:
         written = run.field('CellData', 'stress', k)
         if written is not None:
             known = np.isfinite(stress).all(1)
-            floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) \
-                + 64 * ROUND_OFF * self.bodies.stiffest / LINES['stress of the cells'][PLAIN]
+            floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) + self.bodies.round_off
             ledger.judge('stress of the cells', (stress - written)[known] / floor)
+        nodal = run.field('PointData', 'nodal_stress', k)
+        if nodal is not None and self.nodal is not None:
+            self.nodal.judge(nodal, run.numbers, ledger)
+        elif nodal is not None:
+            ledger.leave('nodal stress', 'elements of MEAN or NODAl')
         for kind, of, name in (('CellData', 'stress', 'von_mises'),
                                ('PointData', 'nodal_stress', 'nodal_von_mises')):
             s, value = run.field(kind, of, k), run.field(kind, name, k)

@@ -18,7 +18,7 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
     (BALANCE, 'equilibrium of the nodes|resultant force|no reaction without support|rigid bodies: balance'),
     (1e-6, 'held regions carry nothing'),
     (1e-8, 'no moment from inside|springs'),
-    (1e-9, 'stress of the cells'),
+    (1e-9, 'stress of the cells|nodal stress'),
     (1e-10, 'prescribed displacements|rigid bodies'),
     (1e-12, 'von Mises stress'),
     # contact, each point
