@@ -214,6 +214,7 @@ class Judge:
         on = c.slides & rubs.all(1) & sure
         ledger.judge('cone where it slips', (size - depth) / largest, c.who, blur, on)
         ledger.judge('no friction without mu', np.where(rubs, 0, f) / largest, c.who, self.noise, sure)
+        ledger.judge('no friction without mu', ~(c.slides | rubs.any(1)), c.who)
         ledger.judge('stick: the apex rests', c.rests / edge, c.who, only=~c.slides)
         back = f * np.where(rubs.all(1, keepdims=True),
                             (mu.min(1, keepdims=True) / np.where(rubs, mu, 1)) ** pair.rule, 0)

@@ -41,7 +41,8 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
     (WAY, 'slip path|slip vector'),
     # cells of SEGMent and MORTar, multipliers
     (1e-9, 'cells: no overlap|cells: cover what is over|points: areas of their facets|'
-           'multipliers: one a node|multipliers: apexes|multipliers: no gap|multipliers: open, no penetration'),
+           'multipliers: one a node|multipliers: apexes|multipliers: no gap|'
+           'multipliers: open, no penetration'),
     (1e-6, 'points: exact on whole facets'),
     # tables and audit
     (1e-9, 'table of reactions|table of contact: lengths'),

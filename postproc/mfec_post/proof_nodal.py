@@ -2,6 +2,8 @@
 (doc/theory, "Nodal stress", eq. (8.14))."""
 from __future__ import annotations
 
+from typing import Any, Optional
+
 import numpy as np
 
 from .proof_bulk import Bodies
@@ -46,7 +48,7 @@ class NodalStress:
             found.append((float(self.volume[own].sum()), *self.fitted(run, v, own, material, 1 + several)))
         return found
 
-    def fitted(self, run: Run, v: int, own: Array, material: int, degree: int) -> tuple[Array, Array]:
+    def fitted(self, run: Run, v: int, own: Array, material: int, degree: int) -> tuple[Array, Any]:
         """Samples of the best polynomial around a corner, and what each weighs in its value there."""
         for terms, enough in zip(TERMS[degree:0:-1], ENOUGH[degree:0:-1]):
             cells, grows = own, True
@@ -65,7 +67,7 @@ class NodalStress:
         used = np.concatenate([self.samples[c] for c in own])
         return used, self.weights(used, run.x0[v], 1, len(used) > len(own))
 
-    def weights(self, used: Array, x: Array, terms: int, several: bool) -> Array:
+    def weights(self, used: Array, x: Array, terms: int, several: bool) -> Optional[Array]:
         """Least squares: what samples weigh in the polynomial at x; None if they do not tell it."""
         d = self.place[used] - x
         far = np.linalg.norm(d, axis=1).max()

@@ -7,7 +7,7 @@ from typing import Optional
 
 import numpy as np
 
-from .proof_contact import LAST, NEXT, Pair, Points, dot, frame_of, shares, unit
+from .proof_contact import Pair, Points, frame_of, shares, unit
 from .proof_lines import Array, Ledger
 from .proof_run import cross
 
