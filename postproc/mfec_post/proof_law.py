@@ -291,7 +291,8 @@ class Judge:
         _, facet = np.unique(np.concatenate([old.nodes[used], p.nodes[at]]), axis=0, return_inverse=True)
         was, now = np.split(facet.ravel(), [len(used)])
         s, q = pair.slave(p, at, x), copy.copy(p)
-        paths = [path_under(pair, p.host[i], y, x) for i, y in zip(at, s)]
+        local = np.linalg.inv(frame_of(x[pair.facets]))
+        paths = [path_under(pair, p.host[i], y, x, local) for i, y in zip(at, s)]
         q.host = p.host.copy()  # the facets that the points were over
         q.host[at] = [p.host[i] if path is None else path[-1] for i, path in zip(at, paths)]
         corners = x[pair.facets[q.host[at]]]
@@ -382,5 +383,5 @@ class Judge:
         told = [i for i, place in enumerate(places) if place]
         ledger.judge('history over an edge', [np.abs(places[i] - p.start[at[crossed[i]]]).max(1).min()
                                               for i in told], who[crossed[told]],
-                     1e-4 if pair.smooth else 0)  # the program projects on a shape of its iteration
+                     3e-5 if pair.smooth else 0)  # the program projects on a shape of its iteration
         ledger.leave('history', 'over several edges', len(crossed) - len(told))

@@ -7,7 +7,7 @@ from typing import Optional
 
 import numpy as np
 
-from .proof_contact import Pair, Points, frame_of, shares, unit
+from .proof_contact import Pair, Points, dot, frame_of, shares, unit
 from .proof_lines import Array, Ledger
 from .proof_run import cross
 
@@ -17,24 +17,23 @@ SMOOTH = np.cos(np.pi / 4) - 1e-6  # of normals at rest in the middle of an edge
 def over_edge(pair: Pair, p: Points, a: int, b: int, tip: Array, x: Array) -> Array:
     """An apex of facet a in the next facet b: turned about their edge, or where a curved surface
     goes on smoothly the nearest place there."""
-    common = [n for n in pair.facets[a] if n in pair.facets[b]]
-    probe, two = copy.copy(p), np.array([0, 1])
-    probe.host, probe.tip, probe.gap = np.array([a, b]), np.array([tip, [1 / 3, 1 / 3]]), np.zeros(2)
+    common = [n for n in pair.facets[a].tolist() if n in pair.facets[b].tolist()]
     if pair.bent:
+        probe, two = copy.copy(p), np.array([0, 1])
+        probe.host, probe.tip, probe.gap = np.array([a, b]), np.array([tip, [1 / 3, 1 / 3]]), np.zeros(2)
         middle = np.stack([0.5 * np.isin(pair.facets[f], common)[:2] for f in (a, b)])
         flat = frame_of(pair.run.x0[pair.facets[[a, b]]])[:, :, 2]
         normal = flat if pair.smooth else unit(pair.where(probe, probe.host, middle, pair.run.x0)[2])
         if normal[0] @ normal[1] > (np.cos(np.pi / 6) - 1e-6 if pair.smooth else SMOOTH):
             place = pair.where(probe, probe.host[:1], probe.tip[:1], x)[0]
             return np.asarray(pair.project(probe, two[1:], place, x)[0][0])
-    o, t = x[common[0]], unit(x[common[1]] - x[common[0]])
-    place = np.append(tip, 1 - tip.sum()) @ x[pair.facets[a]]
-    over = [cross(n, t) for n in frame_of(x[pair.facets[[a, b]]])[:, :, 2]]
-    inside = [x[pair.facets[f]].mean(0) - o for f in (a, b)]
-    over = [-over[0] * np.sign(over[0] @ inside[0]), over[1] * np.sign(over[1] @ inside[1])]
-    y = o + ((place - o) @ t) * t + ((place - o) @ over[0]) * over[1]
-    corners = x[pair.facets[b]]
-    return np.asarray(np.linalg.lstsq((corners[:2] - corners[2]).T, y - corners[2], rcond=None)[0])
+    o, corners = x[common[0]], x[pair.facets[[a, b]]]
+    frame, t = frame_of(corners), unit(x[common[1]] - o)
+    place = corners[0, 2] + frame[0, :, :2] @ tip - o
+    over = cross(frame[:, :, 2], t[None])
+    side = np.sign(dot(over, corners.mean(1) - o))
+    y = o + (place @ t) * t - side[0] * side[1] * (place @ over[0]) * over[1]
+    return np.asarray(np.linalg.solve(frame[1], y - corners[1, 2])[:2])
 
 
 def carried(pair: Pair, p: Points, a: int, b: int, tip: Array, x: Array) -> list[Array]:
@@ -45,19 +44,21 @@ def carried(pair: Pair, p: Points, a: int, b: int, tip: Array, x: Array) -> list
     return [over_edge(pair, p, d, b, over_edge(pair, p, a, d, tip, x), x) for d in between]
 
 
-def path_under(pair: Pair, facet: int, s: Array, x: Array) -> Optional[list[int]]:
-    """Flat facets from one to that which a place is over, None if a fold or the rim is between."""
+def path_under(pair: Pair, facet: int, s: Array, x: Array, local: Array) -> Optional[list[int]]:
+    """Flat facets from one to that which a place is over, None if a fold or the rim is between;
+    `local` has the inverse frames of all."""
     path = [facet]
     while len(path) < 20:
-        corners = x[pair.facets[path[-1]]]
-        place = shares(np.linalg.solve(frame_of(corners[None])[0], s - corners[2])[:2])
-        if place.min() >= 0:
+        here = path[-1]
+        a, b = (local[here] @ (s - x[pair.facets[here, 2]]))[:2]
+        place = (a, b, 1 - a - b)
+        if min(place) >= 0:
             return path
-        after = int(pair.across[path[-1], place.argmin()])
+        after = int(pair.across[here, place.index(min(place))])
         if after < 0 or after in path:
             return None
-        n, to = frame_of(corners[None])[0, :, 2], x[pair.facets[after]]
-        if frame_of(to[None])[0, :, 2] @ n < 0.99 and ((to - corners[2]) @ n).max() > 1e-6 * pair.edge:
+        n, to = local[here, 2], x[pair.facets[after]]
+        if local[after, 2] @ n < 0.99 and ((to - x[pair.facets[here, 2]]) @ n).max() > 1e-6 * pair.edge:
             return None
         path.append(after)
     return None
