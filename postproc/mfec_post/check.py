@@ -13,9 +13,11 @@ from .proof_bulk import Bodies
 from .proof_contact import MORTAR as AT_NODES
 from .proof_contact import Pair, Points
 from .proof_law import Judge
-from .proof_lines import AUGMENTED, LINES, MORTAR, PLAIN, ROUND_OFF, Array, Ledger
+from .proof_lines import AUGMENTED, MORTAR, PLAIN, ROUND_OFF, Array, Ledger
 from .proof_mortar import NodeJudge
+from .proof_nodal import NodalStress
 from .proof_run import Refusal, Run, cross
+from .proof_smooth import Shapes
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -31,9 +33,13 @@ class Proof:
     def __init__(self, path: str):
         self.run, self.ledger = Run(path), Ledger()
         self.bodies = Bodies(self.run)
+        plain = self.bodies.blocks and not any(block.form for block in self.bodies.blocks)
+        self.nodal = NodalStress(self.run, self.bodies) if plain and 'nodal_stress' in self.run.vtk[
+            'PointData'] else None
         self.pairs = [Pair(self.run, name, group) for name, group in self.run.pairs.items()]
         self.judges = [(NodeJudge if pair.points == AT_NODES else Judge)(pair, self.ledger)
                        for pair in self.pairs]
+        self.shapes = [Shapes(pair) if pair.smooth else None for pair in self.pairs]
         if any(pair.augmented for pair in self.pairs):
             self.ledger.form = AUGMENTED
         if any(pair.points == AT_NODES for pair in self.pairs):
@@ -59,14 +65,16 @@ class Proof:
         begin, last = (float(run.contact['begin'][k]) if contact else 0.0), float(
             run.times[k - 1]) if k else 0.0
         points = [Points(pair, k) for pair in self.pairs]
+        for shape, p in zip(self.shapes, points):
+            if shape is not None:
+                shape.judge(p, k, x, ledger)
         sides = [pair.forces(p, x) for pair, p in zip(self.pairs, points)]
         forces = sum((here + there for here, there in sides), np.zeros_like(x))
         self.equilibrium(float(run.times[k]), u, reaction, internal, forces, moment)
-        cut = k == 0 or abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
-        found = [judge.end_time(k, x, self.plain, cut) for judge in self.judges]
+        cut = abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
+        penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))
         self.tables(reaction, [here for here, _ in sides], x)
-        penalty = sum(energy for _, energy in found)
-        self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p, _ in found))
+        self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p in points))
 
     def stresses(self, k: int, stress: Array) -> None:
         """Stress of the cells, and what is formed from written stresses."""
@@ -74,9 +82,13 @@ class Proof:
         written = run.field('CellData', 'stress', k)
         if written is not None:
             known = np.isfinite(stress).all(1)
-            floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) \
-                + 64 * ROUND_OFF * self.bodies.stiffest / LINES['stress of the cells'][PLAIN]
+            floor = max(float(np.abs(stress[known]).max(initial=0)), 1e-300) + self.bodies.round_off
             ledger.judge('stress of the cells', (stress - written)[known] / floor)
+        nodal = run.field('PointData', 'nodal_stress', k)
+        if nodal is not None and self.nodal is not None:
+            self.nodal.judge(nodal, run.numbers, ledger)
+        elif nodal is not None:
+            ledger.leave('nodal stress', 'elements of MEAN or NODAl')
         for kind, of, name in (('CellData', 'stress', 'von_mises'),
                                ('PointData', 'nodal_stress', 'nodal_von_mises')):
             s, value = run.field(kind, of, k), run.field(kind, name, k)

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .proof_lines import Array
+from .proof_lines import LINES, PLAIN, ROUND_OFF, Array
 from .proof_run import Refusal, Run, cross
 
 EDGES = np.array([(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)])
@@ -45,14 +45,16 @@ class Block:
         self.lam, self.g = e * nu / ((1 + nu) * (1 - 2 * nu)), e / (2 * (1 + nu))
         count = nodes.shape[1]
         x = run.x0[nodes]
-        gradients, weights = [], []
+        gradients, weights, places = [], [], []
         for place in np.full((1, 4), 0.25) if count == 4 else shares(straight):
             d = slopes_of(place, count)
+            n = place if count == 4 else np.concatenate([place * (2 * place - 1), 4 * place[EDGES].prod(1)])
+            places.append(np.einsum('eai,a->ei', x, n))
             d = d[:, :3] - d[:, 3:]
             jacobian = np.einsum('eai,aj->eij', x, d)
             gradients.append(np.einsum('aj,eji->eai', d, np.linalg.inv(jacobian)))
             weights.append(np.abs(np.linalg.det(jacobian)) / 6)
-        self.gradient = np.array(gradients)
+        self.gradient, self.place = np.array(gradients), np.array(places)
         self.weight = np.array(weights) / len(weights)
         self.volume = self.weight.sum(0)
 
@@ -102,6 +104,7 @@ class Block:
         cauchy = stress
         if self.law != 1:
             cauchy = np.einsum('qeij,qekj->qeik', stress, EYE + h) / (1 + self.j1)[..., None, None]
+        self.cauchy = cauchy
         cauchy = np.einsum('qe,qeij->eij', self.weight, cauchy) / self.volume[:, None, None]
         return stress, cauchy, (self.weight * energy).sum(0)
 
@@ -130,6 +133,7 @@ class Bodies:
                         self.stiffest = max(self.stiffest, material[2])
                         self.blocks.append(Block(run, cells[here], run.corners[kind][here],
                                                  straight, material))
+        self.round_off = 64 * ROUND_OFF * self.stiffest / LINES['stress of the cells'][PLAIN]
 
     def solve(self, u: Array) -> tuple[Array, Array, float, Array]:
         """Internal forces of the nodes, Cauchy stress of the cells (6), strain energy, and the

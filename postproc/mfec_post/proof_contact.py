@@ -4,6 +4,7 @@ Formulas as in doc/theory, "Contact kinematics" to "Discretisation of the interf
 flat, quadratic, part of an exact sphere or cylinder, or a patch of smooth surfaces."""
 from __future__ import annotations
 
+import copy
 from typing import Any, Optional
 
 import numpy as np
@@ -76,6 +77,14 @@ class Points:
         self.nodes = pair.run.place[np.where(there[:, None], nodes, nodes.max())]
         self.weight = np.ones((len(zero), 1)) if weight is None else weight
 
+    def at_rest(self) -> Points:
+        """The same points before anything has touched."""
+        rest = copy.copy(self)
+        rest.status, rest.path, rest.dissipation = (
+            np.zeros_like(v) for v in (self.status, self.path, self.dissipation))
+        rest.way = None if self.way is None else np.zeros_like(self.way)
+        return rest
+
 
 class Pair:
     """One contact pair: its law, and the geometry of its surfaces."""
@@ -101,9 +110,10 @@ class Pair:
             self.there['patch'] = np.array([np.isin(np.arange(1, len(self.facets) + 1), host)
                                             for host in group['host']])
         self.begin = {name: np.cumsum(mask.sum(1)) - mask.sum(1) for name, mask in self.there.items()}
-        known = {(a, b) for f in self.facets for a, b in zip(f, f[NEXT])}
-        self.rim = np.array([[(f[LAST[k]], f[NEXT[k]]) not in known for k in range(3)]
-                             for f in self.facets])  # no facet across the edge opposite to corner k
+        edges = {(f[NEXT[k]], f[LAST[k]]): i for i, f in enumerate(self.facets) for k in range(3)}
+        self.across = np.array([[edges.get((f[LAST[k]], f[NEXT[k]]), -1) for k in range(3)]
+                                for f in self.facets])  # facet across the edge opposite to corner k
+        self.rim = self.across < 0
         self.edge = float(np.median(np.linalg.norm(
             run.x0[self.facets[:, 0]] - run.x0[self.facets[:, 1]], axis=1)))
 
@@ -227,33 +237,6 @@ class Pair:
         np.add.at(there, self.facets[host], -master)
         np.add.at(there, self.middles[host[bent]], -n[bent, 3:, None] * f[bent, None])
         return here, there
-
-    def unfold(self, a: int, b: int, tip: Array, x: Array) -> Optional[Array]:
-        """An apex of facet a in the next facet b, turned about their edge, (10.2)."""
-        common = [n for n in self.facets[a] if n in self.facets[b]]
-        if len(common) != 2 or self.smooth or self.curved[[a, b]].any():
-            return None
-        o, t = x[common[0]], unit(x[common[1]] - x[common[0]])
-        place = np.append(tip, 1 - tip.sum()) @ x[self.facets[a]]
-        over = [cross(n, t) for n in frame_of(x[self.facets[[a, b]]])[:, :, 2]]
-        middle = [x[self.facets[f]].mean(0) - o for f in (a, b)]
-        over = [-over[0] * np.sign(over[0] @ middle[0]), over[1] * np.sign(over[1] @ middle[1])]
-        y = o + ((place - o) @ t) * t + ((place - o) @ over[0]) * over[1]
-        corners = x[self.facets[b]]
-        return np.asarray(np.linalg.lstsq((corners[:2] - corners[2]).T, y - corners[2], rcond=None)[0])
-
-    def is_over(self, corners: Array, x: Array) -> bool:
-        """Whether a slave facet lies over the master with some room around it."""
-        middle = corners.mean(0)
-        around = middle + 1.3 * (np.concatenate(
-            [corners, 0.5 * (corners + corners[NEXT]), middle[None]]) - middle)
-        master = x[self.facets]
-        frame = frame_of(master)
-        facing = frame[:, :, 2] @ frame_of(corners[None])[0, :, 2] < -0.5
-        local = np.einsum('fij,pfj->pfi', np.linalg.inv(frame[facing]),
-                          around[:, None] - master[facing, 2])
-        inside = (local[..., :2].min(-1) >= 0) & (local[..., :2].sum(-1) <= 1)
-        return bool((inside & (np.abs(local[..., 2]) < 0.1 * self.edge)).any(1).all())
 
     def faces(self, p: Points) -> Array:
         """Faces of the master for multipliers: facets that hang together without a kink."""

@@ -6,13 +6,16 @@ What the law is asked of are carriers: points with a penalty or multiplier of th
 proof_mortar) slave nodes."""
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from typing import Any, Optional
 
 import numpy as np
 
+from .proof_cells import judge_cover
 from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, shares, unit
 from .proof_lines import ROUND_OFF, Array, Ledger
+from .proof_paths import carried, judge_touches, over_edge, path_under
 from .proof_run import cross
 
 TINY, NO_FRICTION = 1e-300, 1e-30
@@ -59,10 +62,13 @@ class Judge:
         self.old: Optional[Points] = None
         self.x_old: Array = np.zeros(0)
         self.row: dict[str, Any] = {}
+        self.covered_once = False
 
-    def end_time(self, k: int, x: Array, scale: float, cut: bool) -> tuple[Points, float]:
+    def end_time(self, p: Points, x: Array, scale: float, cut: bool) -> float:
         """All lines of one output time; the energy of the penalty."""
-        pair, ledger, p = self.pair, self.ledger, Points(self.pair, k)
+        pair, ledger = self.pair, self.ledger
+        if self.old is None and not cut:  # the run begins at rest, with all points open
+            self.old, self.x_old = p.at_rest(), pair.run.x0
         self.x, self.scale, self.cut = x, max(scale, TINY), cut
         self.noise = 64 * ROUND_OFF * (pair.run.size + float(np.abs(x).max())) / pair.edge
         self.known = self.old is not None and not cut
@@ -71,8 +77,9 @@ class Judge:
         xi, gap, e, found = pair.project(p, p.at, s, x)
         gap = gap + p.offset[p.at]
         sure = self.gaps(p, xi, gap, found)
-        if pair.cells:
-            self.cover(p)
+        if pair.cells or p.nodes.shape[1] > 2 and not self.covered_once:
+            judge_cover(pair, p, x, ledger)
+            self.covered_once = True
         closed = p.status[p.at] > OPEN
         self.row = dict.fromkeys(('active', 'stick', 'slip', 'Fn', 'Ft', 'Ft_nodes', 'max_penetration',
                                   'max_elastic_slip', 'max_criterion'), 0.0)
@@ -83,7 +90,7 @@ class Judge:
         if len(at) or len(p.at) and pair.points == MORTAR:
             energy = self.carried(p, at, s, gap, e, sure)
         self.old, self.x_old = p, x
-        return p, energy
+        return energy
 
     def carried(self, p: Points, at: Array, s: Array, gap: Array, e: Array, sure: Array) -> float:
         """The law of the closed points; their energy."""
@@ -105,7 +112,7 @@ class Judge:
         if self.pair.points != MORTAR:
             ledger.judge('open points: no penetration', np.maximum(0, -gap) / edge, who, self.noise,
                          near & ~closed)
-            ledger.judge('open points: apex below', p.tip[at] - xi, who, 1e3 * self.noise, sure & ~closed)
+        ledger.judge('open points: apex below', p.tip[at] - xi, who, 1e3 * self.noise, sure & ~closed)
         beyond, rim = -shares(p.tip[at])[closed], self.pair.rim[p.host[at]][closed]
         # cells are cut anew after a share of a facet; others pass to the next, if there is one
         ledger.judge('apex inside its facet', np.where(rim, 0, np.maximum(0, beyond)), who[closed],
@@ -207,6 +214,7 @@ class Judge:
         on = c.slides & rubs.all(1) & sure
         ledger.judge('cone where it slips', (size - depth) / largest, c.who, blur, on)
         ledger.judge('no friction without mu', np.where(rubs, 0, f) / largest, c.who, self.noise, sure)
+        ledger.judge('no friction without mu', ~(c.slides | rubs.any(1)), c.who)
         ledger.judge('stick: the apex rests', c.rests / edge, c.who, only=~c.slides)
         back = f * np.where(rubs.all(1, keepdims=True),
                             (mu.min(1, keepdims=True) / np.where(rubs, mu, 1)) ** pair.rule, 0)
@@ -230,8 +238,7 @@ class Judge:
         told = same.copy()
         if not same.all():
             told[~same] = self.new_cells(p, at[~same], c, base, np.flatnonzero(~same))
-        ledger.leave('history', 'first touch: the place of closure is not in the file',
-                     (told & ~base.closed).sum())
+        judge_touches(pair, p, at[~base.closed], self.x_old, self.x, self.noise, ledger)
         self.starts(p, at, same & base.closed & ~self.found_again(p, at, base))
         tangent = c.force - dot(c.force, e)[:, None] * e
         work, long = dot(tangent, c.way), np.linalg.norm(c.way, axis=1)
@@ -283,8 +290,12 @@ class Judge:
         used = np.flatnonzero(old.area > 0)
         _, facet = np.unique(np.concatenate([old.nodes[used], p.nodes[at]]), axis=0, return_inverse=True)
         was, now = np.split(facet.ravel(), [len(used)])
-        s = pair.slave(p, at, x)
-        corners = x[pair.facets[p.host[at]]]
+        s, q = pair.slave(p, at, x), copy.copy(p)
+        local = np.linalg.inv(frame_of(x[pair.facets]))
+        paths = [path_under(pair, p.host[i], y, x, local) for i, y in zip(at, s)]
+        q.host = p.host.copy()  # the facets that the points were over
+        q.host[at] = [p.host[i] if path is None else path[-1] for i, path in zip(at, paths)]
+        corners = x[pair.facets[q.host[at]]]
         xi = np.linalg.solve(frame_of(corners), (s - corners[:, 2])[..., None])[..., 0]
         start, beyond = np.full((len(at), 2), np.nan), 0
         for f in np.unique(now):
@@ -318,13 +329,18 @@ class Judge:
             way, path = base.way[rows[mine]], base.path[rows[mine]]  # never longer than its path
             base.way[rows[mine]] = way * np.minimum(1, path / np.maximum(np.linalg.norm(way, axis=1), TINY)
                                                     )[:, None]
-            told[mine] = shares(xi[mine, :2]).min(1) >= 0
+            # where the closest old point was open the place of closure counts
+            near = there[np.linalg.norm(old.weight[there] - p.weight[at[mine], None], axis=2).argmin(1)]
+            told[mine] = [paths[i] is not None for i in mine] & (old.status[near] > OPEN)
             beyond += int((~told[mine]).sum())
-            slip = self.returned(p, at[mine], xi[mine], s[mine], slip, path)
+            slip = self.returned(q, at[mine], xi[mine], s[mine], slip, path)
             dual = np.linalg.inv(frame_of(corners[mine]))[:, :2]
             start[mine] = xi[mine, :2] - np.einsum('nid,nd->ni', dual, slip)
+        for i in np.flatnonzero(told):
+            for a, b in zip(paths[i][:0:-1], paths[i][-2::-1]):
+                start[i] = over_edge(pair, old, a, b, start[i], x)
         ledger.judge('history of new cells', p.start[at] - start, c.who[rows], only=told)
-        ledger.leave('history', 'new cells over another facet at first', beyond)
+        ledger.leave('history', 'new cells beyond the rim or a fold at first, or near open points', beyond)
         return told
 
     def returned(self, p: Points, at: Array, xi: Array, s: Array, slip: Array, path: Array) -> Array:
@@ -363,38 +379,9 @@ class Judge:
         # over an edge and back again costs digits, on curved facets those of two projections
         ledger.judge('history', p.start[at] - old.tip[at], who, 1e-6 if pair.bent else 0, kept)
         crossed = np.flatnonzero(known & (old.host[at] != p.host[at]))
-        places = [pair.unfold(old.host[i], p.host[i], old.tip[i], self.x_old) for i in at[crossed]]
-        told = [i for i, place in enumerate(places) if place is not None]
-        ledger.judge('history over an edge', [np.abs(places[i] - p.start[at[crossed[i]]]).max()
-                                              for i in told], who[crossed[told]])
-        ledger.leave('history', 'over several edges, or a curved one', len(crossed) - len(told))
-
-    def cover(self, p: Points) -> None:
-        """Points of slave facets: never more than the facet, and exact where they cover it."""
-        pair, ledger, x0 = self.pair, self.ledger, self.pair.run.x0
-        used = p.area > 0
-        nodes, m, area = p.nodes[used], p.weight[used], p.area[used]
-        every = pair.group.get('slave_facets', np.zeros((0, 3), int))  # older files: those with points
-        keys, first, group = np.unique(np.concatenate([nodes[:, :3], pair.run.place[every]]), axis=0,
-                                       return_index=True, return_inverse=True)
-        if not len(keys):
-            return
-        group, corners = group.ravel()[:len(area)], x0[keys]
-        whole = 0.5 * np.linalg.norm(cross(corners[:, 0] - corners[:, 2],
-                                           corners[:, 1] - corners[:, 2]), axis=1)
-        part = area / whole[group]
-        share = np.bincount(group, part, len(keys))
-        flat, who = np.ones(len(keys), bool), pair.run.numbers[keys[:, 0]]
-        if nodes.shape[1] > 3:
-            seen, middle = first < len(area), 0.5 * (corners + corners[:, [1, 2, 0]])
-            flat[seen] = np.abs(x0[nodes[first[seen], 3:]] - middle[seen]).max((1, 2)) < 1e-9 * pair.edge
-        ledger.judge('cells: no overlap', np.maximum(0, share - 1), who, only=flat)
-        ledger.leave('cells: no overlap', 'curved slave facets', (~flat).sum())
-        full = flat & (np.abs(share - 1) < 1e-9)
-        over = np.array([f for f in np.flatnonzero(flat & ~full)
-                         if pair.is_over(self.x[keys[f]], self.x)], int)
-        ledger.judge('cells: cover what is over', share[over] - 1, who[over])
-        if nodes.shape[1] == 3:
-            moments = np.zeros((len(keys), 3, 3))
-            np.add.at(moments, group, part[:, None, None] * m[:, :, None] * m[:, None, :])
-            ledger.judge('cells: exact on whole facets', moments - (1 + np.eye(3)) / 12, who, only=full)
+        places = [carried(pair, old, old.host[i], p.host[i], old.tip[i], self.x_old) for i in at[crossed]]
+        told = [i for i, place in enumerate(places) if place]
+        ledger.judge('history over an edge', [np.abs(places[i] - p.start[at[crossed[i]]]).max(1).min()
+                                              for i in told], who[crossed[told]],
+                     3e-5 if pair.smooth else 0)  # the program projects on a shape of its iteration
+        ledger.leave('history', 'over several edges', len(crossed) - len(told))

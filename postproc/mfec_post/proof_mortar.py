@@ -9,6 +9,7 @@ import numpy as np
 from .proof_contact import OPEN, Pair, Points, dot, unit
 from .proof_law import TINY, Carriers, Judge
 from .proof_lines import Array, Ledger
+from .proof_paths import judge_touches
 from .proof_run import cross
 
 CORNERS_OF_PART = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])  # of six nodes
@@ -73,12 +74,12 @@ class NodeJudge(Judge):
         self.face: Optional[Array] = None
         self.means: dict[Any, tuple[float, Any]] = {}
 
-    def end_time(self, k: int, x: Array, scale: float, cut: bool) -> tuple[Points, float]:
+    def end_time(self, p: Points, x: Array, scale: float, cut: bool) -> float:
         """All lines of one output time; where nothing is closed nothing is remembered."""
-        found = super().end_time(k, x, scale, cut)
+        energy = super().end_time(p, x, scale, cut)
         if not self.row['active']:
             self.nodes = {}
-        return found
+        return energy
 
     def hats(self, p: Points) -> tuple[Array, Array]:
         """Nodes and hat functions of the points (7.14): of their facet's corners, or with six nodes
@@ -113,7 +114,12 @@ class NodeJudge(Judge):
         ledger.judge('multipliers: open, no penetration', np.maximum(0, -m.gap) / pair.edge, who, self.noise,
                      ~closed & beside & self.covered(p, m.keys, m.weight, m.place, dot(s - under, e)))
         ledger.judge('pressure, no tension', np.maximum(0, -m.pressure) / self.scale, who, only=closed)
+        tip, open_ = p.tip[at], ~np.array([self.nodes.get(name, (False,))[0] for name in m.names])
+        ledger.judge('multipliers: apexes', np.minimum(*(np.abs(tip - v).max(1) for v in (xi, p.start[at]))),
+                     self.who(p, at), 1e3 * self.noise, p.status[at] > OPEN)
         if self.known:
+            judge_touches(pair, p, at[open_[m.place].all(1) & (p.status[at] > OPEN)], self.x_old, x,
+                          self.noise, ledger)
             self.slips(p, m, closed, held)
         ledger.leave('history', 'multipliers that have closed, a cut increment, or the first output time',
                      (closed & ~m.known).sum())
