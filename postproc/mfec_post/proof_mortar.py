@@ -139,8 +139,7 @@ class NodeJudge(Judge):
 
     def slips(self, p: Points, m: Multipliers, closed: Array, held: Array) -> None:
         """Slips of the increment, (7.15): what was between node and master turns with the node."""
-        pair, at, old = self.pair, p.at, self.old
-        assert old is not None
+        pair, at = self.pair, p.at
         m.known = np.array([here and bool(self.nodes.get(name, (False,))[0])
                             for here, name in zip(closed, m.names)])
         turn = np.stack([m.frame[i] @ self.nodes[name][2].T if m.known[i] else np.eye(3)
@@ -149,7 +148,11 @@ class NodeJudge(Judge):
                                   m.share) for x in (self.x_old, self.x))
         slip = now - np.einsum('nij,nj->ni', turn, before)
         m.slip = np.where(held, 0, slip - dot(slip, m.normal)[:, None] * m.normal)
-        self.starts(p, at, self.same_cells(p, at) & m.known[m.place].any(1) & (old.status[at] > OPEN))
+        # multipliers stick without elastic slip: slips count from below each point
+        below, _, _, found = pair.project(p, at, pair.slave(p, at, self.x_old), self.x_old)
+        over = found & (np.minimum(below.min(1), 1 - below.sum(1)) > 1e-9)
+        self.ledger.judge('history', p.start[at] - below, self.who(p, at), self.noise,
+                     over & m.known[m.place].any(1) & (p.status[at] > OPEN))
 
     def covered(self, p: Points, keys: Array, weight: Array, place: Array, gap: Array) -> Array:
         """Which slave nodes are over the master with more than a sliver, and near it."""

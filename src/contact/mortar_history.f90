@@ -118,7 +118,7 @@ contains
   end subroutine show_points
 
   !> Makes the converged state the history: what has slipped, and what friction has taken, and
-  !! where apexes are. They stay only where all multipliers around a point stick.
+  !! where apexes are: below their points, for multipliers stick without elastic slip.
   pure subroutine settle_mortar(pair, status, x)
     type(pair_t), intent(inout) :: pair !! multipliers and points become the old ones
     integer, intent(in) :: status(:) !! (points) of the contact elements
@@ -138,7 +138,6 @@ contains
           point%path = sum(pair%nodes%path(own))/3.0_wp
           point%way = sum(pair%nodes%way(:, own), 2)/3.0_wp
           point%dissipation = dot_product(pair%nodes%share(:, p), pair%nodes%dissipation(own))
-          if (all(pair%nodes%status(own) == status_stick)) cycle
         end if
         if (point%target > 0) call project_on_master(pair, point%target, x, cell_position(pair, &
           pair%history%cells(p), x), point%apex, gap)
