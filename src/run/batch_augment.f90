@@ -20,7 +20,7 @@ contains
     type(run_state_t), intent(inout) :: run !! the pending increment
     type(model_t), intent(inout) :: model !! pairs: multipliers
     type(system_t), intent(inout) :: system !! contact elements
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     type(run_monitor_t), intent(inout) :: monitor !! hears of it
 
     if (.not. (run%pending .and. run%started) .or. is_passing(run%position)) return

@@ -85,7 +85,7 @@ contains
   subroutine form_state(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs: working points, patches
     type(system_t), intent(inout) :: system !! gets residual, forces, round_off
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     type(state_t), intent(in) :: state !! the state
     integer :: k
 
@@ -110,7 +110,7 @@ contains
   subroutine add_multipliers(model, system, form)
     type(model_t), intent(in) :: model !! pairs with the multipliers of the state
     type(system_t), intent(inout) :: system !! contact elements; gets contact_force, right
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(mortar_t) :: nodes
     integer :: k
 
@@ -138,7 +138,7 @@ contains
   !> What the residual of an accepted state was, over the force scale.
   pure real(wp) function residual_share_of(system, form) result(share)
     type(system_t), intent(in) :: system !! as accepted
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
 
     share = 0.0_wp
     if (force_scale(system%scale) > 0.0_wp) share = residual_norm(system, &

@@ -146,7 +146,7 @@ contains
     class(run_monitor_t), intent(inout) :: self !! the receiver
     type(model_t), intent(in) :: model !! with its new history
     type(system_t), intent(inout) :: system !! as it was solved
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(in) :: state !! the new state
     type(error_t), allocatable :: error
     character(:), allocatable :: trouble

@@ -85,7 +85,7 @@ contains
     type(saved_state_t), intent(in) :: saved !! the state
     type(model_t), intent(inout) :: model !! gets its contact history
     type(system_t), intent(inout) :: system !! gets the pattern of its matrix
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! becomes the state
     integer :: targets(system%contact%n), k
 

@@ -357,7 +357,7 @@ contains
     type(options_t), intent(in) :: options !! the command line
     type(model_t), intent(inout) :: model !! gets the contact history
     type(system_t), intent(inout) :: system !! gets the pattern of its matrix
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! becomes the state
     type(saved_states_t), intent(inout) :: states !! gets step, time and where to write
     type(error_t), allocatable, intent(out) :: error !! no such state, another mesh

@@ -323,7 +323,7 @@ contains
   subroutine solve_variant(model, system, form, state, shared, sharing, result, trouble)
     type(model_t), intent(inout) :: model !! the problem
     type(system_t), intent(inout) :: system !! its system
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! where it begins
     type(shared_t), intent(inout) :: shared !! plan, levers, forces of the variants before
     logical, intent(in) :: sharing !! it uses them

@@ -113,7 +113,7 @@ contains
     type(plan_t), intent(in) :: plan !! end times
     type(model_t), intent(in) :: base !! the problem as the deck has it
     type(system_t), intent(inout) :: system !! its system
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     class(monitor_t), intent(inout) :: monitor !! hears of it
     type(common_t), intent(out) :: common !! the state there
     type(error_t), allocatable, intent(out) :: error !! no convergence

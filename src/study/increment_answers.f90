@@ -100,7 +100,7 @@ contains
   subroutine collect_right(model, system, form, time, s, work, loaded, c)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! condensed
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, prescribed displacements
     type(work_t), intent(in) :: work !! elements, causes

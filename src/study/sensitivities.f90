@@ -36,7 +36,7 @@ contains
   subroutine follow_increment(model, system, form, state, s, trouble)
     type(model_t), intent(in) :: model !! pairs with their new history
     type(system_t), intent(inout) :: system !! contact elements as solved; its factor is used
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(in) :: state !! the new state
     type(sensitivity_t), intent(inout) :: s !! derivatives
     character(:), allocatable, intent(out) :: trouble !! empty if all went well
@@ -91,7 +91,7 @@ contains
   subroutine change_ways(model, equation, form, time, s)
     type(model_t), intent(in) :: model !! loads and their tables
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(inout) :: s !! gets du
     real(wp) :: ways(3, model%mesh%nodes)
@@ -124,7 +124,7 @@ contains
   subroutine collect_forces(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! du given; gets force, contact, range, kinks; du of
     !! open points
     type(work_t), intent(inout) :: work !! elements, causes; gets the whole change
@@ -157,7 +157,7 @@ contains
   subroutine look_at_open(model, system, form, s, work)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(sensitivity_t), intent(inout) :: s !! force given; gets du, range, kinks
     type(work_t), intent(in) :: work !! elements, causes
     real(wp) :: dx(12, size(s%slopes))

@@ -34,7 +34,7 @@ contains
   pure subroutine list_places(model, system, form, point_state, places)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! contact elements, candidates
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), allocatable, intent(out) :: places(:) !! the points
     integer :: e, k, n

@@ -125,7 +125,7 @@ contains
   !! holds one point alone says nothing: they count as rigid.
   subroutine find_weakest(contact, form, point_state, places, audit)
     type(element_list_t), intent(in) :: contact !! contact elements
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(inout) :: places(:) !! the points; gets closed
     type(audit_t), intent(inout) :: audit !! gets point_share, point, worst
@@ -153,7 +153,7 @@ contains
     answers)
     type(model_t), intent(in) :: model !! positions
     type(system_t), intent(in) :: system !! contact elements, compliance
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(in) :: places(:) !! the points
@@ -187,7 +187,7 @@ contains
   subroutine set_problem(model, system, form, state, point_state, places, problem, answer)
     type(model_t), intent(in) :: model !! positions
     type(system_t), intent(in) :: system !! contact elements, compliance
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     type(place_t), intent(in) :: places(:) !! the points

@@ -148,7 +148,7 @@ contains
   subroutine find_energies(model, system, form, state, point_state, last, value, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: point_state(:, :) !! (n_element_stress, points) of the contact elements
     logical, intent(in) :: last !! it is the last end time

@@ -37,7 +37,7 @@ contains
   subroutine judge_balance(model, system, form, state, settings, audit)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! forces as accepted
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(state_t), intent(in) :: state !! the converged state
     type(settings_t), intent(in) :: settings !! tolerances asked for
     type(audit_t), intent(inout) :: audit !! balance given; gets scale, allowed,
@@ -97,7 +97,7 @@ contains
   pure subroutine find_strains(x, system, form, state, strain)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(in) :: system !! elements, loads, contact forces
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(state_t), intent(in) :: state !! displacements
     real(wp), intent(out) :: strain(:) !! (bodies) largest magnitude, 0 where there is none
     real(wp) :: most, noise

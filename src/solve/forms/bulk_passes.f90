@@ -38,7 +38,7 @@ contains
   !> One pass: the older bulk with today's contact, solved for a right-hand side.
   subroutine solve_pass(system, form, right, most, solution, answered)
     type(system_t), intent(in) :: system !! condensed bodies, tangent of contact
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     real(wp), intent(in) :: right(:) !! (equations) [force]
     integer, intent(in) :: most !! iterations of contact allowed
     real(wp), intent(out) :: solution(:) !! (equations) [length]

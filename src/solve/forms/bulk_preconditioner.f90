@@ -38,7 +38,7 @@ contains
   !> The direction on all free degrees of freedom.
   subroutine find_bulk_direction(system, form, x, wanted, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: wanted !! residual that would have converged [force]
     integer, intent(out) :: outcome !! one of the outcomes of the solver

@@ -48,7 +48,7 @@ contains
   !! balance with it, and what is left stands in the next residual.
   subroutine find_condensed_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du, force_change
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     real(wp), allocatable :: y(:)

@@ -86,7 +86,7 @@ contains
   !> The start, with the forces of the last state: what displacements lack.
   subroutine restart(system, form)
     type(system_t), intent(inout) :: system !! u given
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
 
     call restore_forces(form%condensed)
     call couple_condensed(system, form)
@@ -110,7 +110,7 @@ contains
   !> Where forces with the friction of first touches are foretold, the increment goes on from there.
   subroutine start_rubbing(system, form, taken)
     type(system_t), intent(inout) :: system !! gets u, force, defect
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     logical, intent(out) :: taken !! they are
 
     call note_touching(form%condensed)
@@ -143,7 +143,7 @@ contains
   !! defects that are carried on.
   subroutine renew(system, form, taken)
     type(system_t), intent(inout) :: system !! gets defect
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     logical, intent(out) :: taken !! there is such a body
 
     taken = any(system%body%floating)
@@ -238,7 +238,7 @@ contains
   !> Norm of the damping's force, as far as the residual knows of it.
   pure real(wp) function damping_norm(system, form) result(norm)
     type(system_t), intent(in) :: system !! damping, pseudo_step
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
 
     norm = 0.0_wp
     associate (rigid => form%condensed%rigid)
@@ -251,7 +251,7 @@ contains
   !> Norm of the terms that the residual sums: contact forces, and those of bodies that move.
   subroutine sum_terms(system, form, terms)
     type(system_t), intent(in) :: system !! u given
-    type(form_t), intent(inout) :: form !! condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps
     real(wp), intent(out) :: terms !! [force]
 
     terms = hypot(norm2(form%condensed%bulk%force), carried_terms(system, form%condensed))

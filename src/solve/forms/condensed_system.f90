@@ -32,7 +32,7 @@ contains
   subroutine start_condensed(model, system, form, if_cheaper, why, share)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! the problem
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     logical, intent(in) :: if_cheaper !! not where sparse factors cost less, or no digits
     character(:), allocatable, intent(out) :: why !! why not; empty if it is done
     real(wp), intent(out) :: share !! what it costs over what sparse factors do, estimated
@@ -177,7 +177,7 @@ contains
   !> The defects as they are, where they have been carried on from iteration to iteration.
   subroutine renew_defects(system, form)
     type(system_t), intent(inout) :: system !! u and forces given; gets defect, imbalance
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     real(wp) :: u(form%condensed%n)
 
     associate (condensed => form%condensed)
@@ -212,7 +212,7 @@ contains
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
   subroutine refresh_candidates(system, form)
     type(system_t), intent(inout) :: system !! u of candidates that are not live
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
 
     call place_candidates(form%condensed, form%condensed%alive%live_place == 0, system%u)
   end subroutine refresh_candidates
@@ -236,7 +236,7 @@ contains
   !! their compliance is gathered when an iteration wants it.
   subroutine couple_condensed(system, form)
     type(system_t), intent(inout) :: system !! condensed follows the contact elements
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, allocatable :: live(:)
     integer :: k, i, a, n
 

@@ -35,7 +35,7 @@ contains
   !> Candidates in equilibrium with the forces that are expected once friction acts.
   subroutine take_rubbed(system, form, taken)
     type(system_t), intent(inout) :: system !! gets u, force, defect
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     logical, intent(out) :: taken !! these were foretold
     real(wp) :: u(form%condensed%n)
     integer :: i

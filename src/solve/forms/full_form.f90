@@ -91,7 +91,7 @@ contains
   !! there is none.
   subroutine find_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
@@ -104,7 +104,7 @@ contains
   !> Tangent, factor, direction of the system as it is held.
   subroutine try_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
@@ -123,7 +123,7 @@ contains
   !> The direction that the factor at hand gives for the present residual.
   subroutine repeat_direction(system, form, found)
     type(system_t), intent(in) :: system !! right given; gets solution, du, bulk_change
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, intent(out) :: found !! there is one
     integer :: outcome
 
@@ -175,7 +175,7 @@ contains
   !> The direction with forces beside the residual.
   subroutine push(system, form, force)
     type(system_t), intent(in) :: system !! tangent at hand; gets solution, du, bulk_change
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: force(:, :) !! (3, nodes) [force]
     real(wp) :: change(size(form%solution))
     integer :: outcome

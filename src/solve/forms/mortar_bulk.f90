@@ -154,7 +154,7 @@ contains
   !> Forces at the fixings of a body as a nodal field.
   pure function fixing_forces(system, form, b, at_fixings) result(force)
     type(system_t), intent(in) :: system !! condensed
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     integer, intent(in) :: b !! the body
     real(wp), intent(in) :: at_fixings(:) !! (motions) [force]
     real(wp) :: force(3, size(system%u, 2))
@@ -186,7 +186,7 @@ contains
   !! inside out; what it lacks then.
   subroutine move_bulk(system, form, x, share)
     type(system_t), intent(inout) :: system !! condensed, its forces and motions; gets u, right
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(out) :: share !! of the way that it has gone
     integer :: b
@@ -215,7 +215,7 @@ contains
   !> The bulk is in balance with the forces of multipliers.
   logical function is_in_balance(system, form, x, wanted) result(balanced)
     type(system_t), intent(inout) :: system !! right given; gets round_off
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: wanted !! residual over forces
 

@@ -133,7 +133,7 @@ contains
   !> What rigid motions do to the multipliers, work of the forces on these, and that of the loads.
   pure subroutine find_motions(system, form, unknowns)
     type(system_t), intent(in) :: system !! bodies, rigid bodies, loads
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
     integer, allocatable :: mine(:)
     integer :: b, i
@@ -190,7 +190,7 @@ contains
   !! them but for contact (doc/theory, "Rigid bodies", eq. (9.7)).
   pure subroutine add_rigid(system, form, unknowns)
     type(system_t), intent(in) :: system !! rigid bodies, loads
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets motion, push, load
     real(wp), dimension(3, system%tools%unknowns) :: now, before, of_node
     integer :: i, e

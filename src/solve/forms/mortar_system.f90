@@ -18,7 +18,7 @@ contains
   subroutine build_mortar(model, system, form, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! loaded displacements, prescribed u; compliances
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     type(mortar_system_t), intent(out) :: unknowns !! the system
     real(wp) :: x(3, size(system%u, 2))
     integer :: b, c
@@ -61,7 +61,7 @@ contains
   subroutine anchor_mortar(model, system, form, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers, the same as before
     type(system_t), intent(in) :: system !! where forces and motions so far have put the bodies
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     type(mortar_system_t), intent(inout) :: unknowns !! rows given; gets gap, motion, push, cones
     integer :: i
 
@@ -146,7 +146,7 @@ contains
   pure subroutine spread_forces(model, system, form)
     type(model_t), intent(in) :: model !! pairs with forces of their multipliers
     type(system_t), intent(inout) :: system !! gets contact_force, and force of condensed
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     integer :: k, c
 
     system%contact_force = 0.0_wp

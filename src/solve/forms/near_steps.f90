@@ -23,7 +23,7 @@ contains
   !> The direction that the factors give by themselves: one pass, and no tangent of the bulk.
   subroutine find_near_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution; near, if there is none
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     logical :: answered

@@ -23,7 +23,7 @@ contains
   !> Internal forces at u.
   subroutine form_residual(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets bulk_force, contact_force, right
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call begin_cost(form%costs, cost_residual)
@@ -65,7 +65,7 @@ contains
   !! rest without any load, and what is left there is then seen against no other force.
   subroutine estimate_round_off(system, form, x)
     type(system_t), intent(inout) :: system !! u given; gets round_off
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms, largest
     integer :: k, n, last

@@ -65,7 +65,7 @@ contains
   !> Where factors are near, a start that leaves no more than the forces is good enough.
   subroutine foresee(system, form, known, norm)
     type(system_t), intent(in) :: system !! near
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     logical, intent(out) :: known !! factors are near
     real(wp), intent(out) :: norm !! the forces [force]
 
@@ -90,7 +90,7 @@ contains
   !! is none.
   subroutine find_direction(system, form, x, outcome)
     type(system_t), intent(inout) :: system !! gets right, solution, du
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     integer, intent(out) :: outcome !! one of the outcomes of the solver
 
@@ -123,7 +123,7 @@ contains
   !! saves; nor, far from equilibrium, with the tangent of contact alone.
   pure logical function may_repeat(system, form, start, linearised) result(may)
     type(system_t), intent(in) :: system !! near
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     real(wp), intent(in) :: start !! residual before the iteration [force]
     logical, intent(in) :: linearised !! its tangent was the bulk's of the last state
 

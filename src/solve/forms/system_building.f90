@@ -28,7 +28,7 @@ contains
   subroutine build_system(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! filled; its costs go on counting
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(out) :: state !! at rest
 
     call outline_system(model, system, form, state)
@@ -51,7 +51,7 @@ contains
   subroutine outline_system(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
     type(system_t), intent(inout) :: system !! gets bodies, equations, vectors
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(out) :: state !! at rest
     integer, allocatable :: element_body(:)
     integer :: k
@@ -108,7 +108,7 @@ contains
   subroutine allocate_vectors(nodes, system, form, state)
     integer, intent(in) :: nodes !! number of nodes
     type(system_t), intent(inout) :: system !! gets its vectors
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! gets its vectors
 
     allocate (system%u(3, nodes), form%du(3, nodes), form%trial(3, nodes), &

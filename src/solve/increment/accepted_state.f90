@@ -67,7 +67,7 @@ contains
   subroutine complete_state(model, system, form, state)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(inout) :: system !! as accepted
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! becomes whole
 
     if (state%whole) return

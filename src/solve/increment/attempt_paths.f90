@@ -32,7 +32,7 @@ contains
     real(wp), intent(in) :: start(:, :) !! (3, nodes) displacements of the start chosen [length]
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work

@@ -214,7 +214,7 @@ contains
   subroutine start_rubbing(model, system, form, settings)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! u may be moved
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     integer :: changes
     logical :: taken

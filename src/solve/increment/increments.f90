@@ -37,7 +37,7 @@ contains
   subroutine solve_increment(model, system, form, state, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! history of its pairs is committed on success
     type(system_t), intent(inout) :: system !! u is the new state on success
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! last converged state; the new one on success
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -79,7 +79,7 @@ contains
   subroutine follow_plan(model, system, form, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work

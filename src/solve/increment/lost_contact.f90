@@ -52,7 +52,7 @@ contains
   subroutine find_turned(model, system, form, body, angle)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     integer, intent(out) :: body !! the body
     real(wp), intent(out) :: angle !! how far it has turned in all [degree]
     real(wp), dimension(3, system%body%bodies) :: turn, since
@@ -82,7 +82,7 @@ contains
   logical function has_turned(model, system, form)
     type(model_t), intent(in) :: model !! reference positions
     type(system_t), intent(in) :: system !! converged; positions of the last state
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     real(wp) :: angle
     integer :: body
 
@@ -204,7 +204,7 @@ contains
   subroutine look_for_thrown(model, system, form, progress, monitor, thrown)
     type(model_t), intent(in) :: model !! pairs
     type(system_t), intent(in) :: system !! the last iterate
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     type(newton_t), intent(in) :: progress !! how it ended
     class(monitor_t), intent(inout) :: monitor !! hears of it
     logical, intent(out) :: thrown !! it has
@@ -227,7 +227,7 @@ contains
   subroutine look_for_strays(model, system, form, progress)
     type(model_t), intent(inout) :: model !! pairs with their targets; trees are fitted
     type(system_t), intent(in) :: system !! converged
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     type(newton_t), intent(inout) :: progress !! gets outcome
     integer :: k
 

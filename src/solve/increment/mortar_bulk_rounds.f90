@@ -32,7 +32,7 @@ contains
   subroutine follow_bulk(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -83,7 +83,7 @@ contains
   subroutine solve_bulk_round(model, system, form, time, gap, stiff, still, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: time !! end of the increment
     real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
     real(wp), allocatable, intent(inout) :: stiff(:) !! (n) gets compliance along supported axes

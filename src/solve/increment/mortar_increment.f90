@@ -41,7 +41,7 @@ contains
   subroutine solve_mortar(model, system, form, state, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u is the new state on success
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
@@ -85,7 +85,7 @@ contains
   subroutine follow(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -104,7 +104,7 @@ contains
   subroutine follow_anchored(model, system, form, waits, time, settings, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: cells and multipliers
     type(system_t), intent(inout) :: system !! u: start, and solution
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
@@ -158,7 +158,7 @@ contains
   subroutine foretell(model, system, form, waits)
     type(model_t), intent(inout) :: model !! pairs: multipliers
     type(system_t), intent(inout) :: system !! u: the predictor's; follows the forces
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     logical, intent(in) :: waits !! nodes that were open have no friction yet
     integer :: k
 
@@ -176,7 +176,7 @@ contains
   subroutine return_to_balance(model, system, form, settings, unknowns, left, allowed)
     type(model_t), intent(in) :: model !! pairs with forces of the multipliers
     type(system_t), intent(inout) :: system !! u, contact_force of the round before; gets new ones
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     type(settings_t), intent(in) :: settings !! tolerances
     type(mortar_system_t), intent(inout) :: unknowns !! gets the present rows and gaps
     real(wp), intent(out) :: left !! norm of what they lack [force]
@@ -197,7 +197,7 @@ contains
   subroutine move_bodies(model, system, form)
     type(model_t), intent(in) :: model !! reference positions, forces
     type(system_t), intent(inout) :: system !! gets forces of contact, u, x_now
-    type(form_t), intent(inout) :: form !! gets condensed
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
 
     call spread_forces(model, system, form)
     form%condensed%rigid%imbalance = 0.0_wp
@@ -241,7 +241,7 @@ contains
   !! are.
   pure function motions_of(system, form) result(motion)
     type(system_t), intent(in) :: system !! motions of the condensed form
-    type(form_t), intent(in) :: form !! condensed
+    type(form_t), intent(in) :: form !! what the condensed form keeps
     real(wp) :: motion(form%condensed%rigid%modes + system%tools%unknowns)
 
     motion = 0.0_wp

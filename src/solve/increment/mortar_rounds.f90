@@ -77,7 +77,7 @@ contains
   subroutine cut_moved(model, system, form, settings, cut_at, changes)
     type(model_t), intent(inout) :: model !! pairs: cells
     type(system_t), intent(inout) :: system !! contact elements follow
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
     real(wp), intent(inout) :: cut_at(:, :) !! (3, nodes) positions at the last cut [length]
     integer, intent(out) :: changes !! points of facets that have been cut

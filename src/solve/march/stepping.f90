@@ -39,7 +39,7 @@ contains
   subroutine advance(model, system, form, state, end_time, settings, monitor, error)
     type(model_t), intent(inout) :: model !! history of its pairs
     type(system_t), intent(inout) :: system !! the system
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! last converged state
     real(wp), intent(in) :: end_time !! where to arrive
     type(settings_t), intent(in) :: settings !! tolerances

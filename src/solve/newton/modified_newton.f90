@@ -122,7 +122,7 @@ contains
   subroutine stay(model, system, form)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(inout) :: system !! residual is formed again
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     if (system%motion%active) then
       system%motion%way = 0.0_wp

@@ -84,7 +84,7 @@ contains
   subroutine judge(model, system, form, settings, progress)
     type(model_t), intent(in) :: model !! mesh, pairs
     type(system_t), intent(inout) :: system !! residual formed before and after
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(inout) :: progress !! gets outcome
     logical :: sound, rests, hopeless
@@ -155,7 +155,7 @@ contains
   !> What has converged is looked at without what iterations have carried on and lost digits of.
   subroutine look_again(system, form, x, settings, sound)
     type(system_t), intent(inout) :: system !! residual is formed anew
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(settings_t), intent(in) :: settings !! tolerances
     logical, intent(out) :: sound !! it is small all the same

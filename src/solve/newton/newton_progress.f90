@@ -99,7 +99,7 @@ contains
   !! gone farther than a body can (doc/theory, "Convergence criteria").
   logical function is_converged(system, form, settings, progress) result(converged)
     type(system_t), intent(in) :: system !! residual formed
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
     real(wp) :: norm
@@ -122,7 +122,7 @@ contains
   !! are many, a body still lacks a share of its weight.
   logical function is_round_off(system, form, halved)
     type(system_t), intent(in) :: system !! residual formed
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     logical, intent(in) :: halved !! the last iteration, or step with damping, has halved it
     real(wp) :: factor
 
@@ -165,7 +165,7 @@ contains
   !! by the factor at hand, that the next step's would by far.
   logical function meets_energy(system, form, settings, progress) result(met)
     type(system_t), intent(in) :: system !! factor and residual after the step; next is used
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     type(settings_t), intent(in) :: settings !! tolerances
     type(newton_t), intent(in) :: progress !! energies
 
@@ -182,7 +182,7 @@ contains
   !! or damped, or the form would rather have a new one.
   pure logical function may_go_on(system, form, progress) result(may)
     type(system_t), intent(in) :: system !! contact elements, bodies
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     type(newton_t), intent(in) :: progress !! the last iteration
 
     may = progress%length >= 1.0_wp .and. system%contact%n > 0 .and. system%tools%unknowns == 0 &
@@ -196,7 +196,7 @@ contains
   !! has one after which fewer points stick than ever (doc/theory, "Algorithms").
   subroutine judge_progress(system, form, sticking, progress)
     type(system_t), intent(in) :: system !! state after the iteration
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     integer, intent(in) :: sticking !! points that stick now
     type(newton_t), intent(inout) :: progress !! gets counts and lowest values
 

@@ -39,7 +39,7 @@ contains
   !! was on its way.
   subroutine begin_pseudo_time(system, form)
     type(system_t), intent(inout) :: system !! gets damping, the place it is measured from
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     if (.not. system%body%step_done) then
       system%body%damping = system%body%first_damping
@@ -54,7 +54,7 @@ contains
   !> Judges the Euler step after each of its iterations: goes on with it, takes it, or gives it up.
   subroutine settle_pseudo_step(system, form, x, halved, rests, hopeless)
     type(system_t), intent(inout) :: system !! residual formed; gets damping, and its place
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     logical, intent(inout) :: halved !! of a step that is over: it has halved what is out of balance
     logical, intent(out) :: rests !! no step is under way: the residual knows of no damping
@@ -127,7 +127,7 @@ contains
   !> The undamped residual is that of the iterate: the damping is measured from here.
   subroutine note_center(system, form)
     type(system_t), intent(inout) :: system !! iterate given; gets pseudo_step
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
@@ -142,7 +142,7 @@ contains
   !> Back to where the step began.
   subroutine return_to_center(system, form)
     type(system_t), intent(inout) :: system !! gets the iterate of pseudo_step
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
@@ -157,7 +157,7 @@ contains
   !> No damping any more.
   subroutine let_free(body, form)
     type(bodies_t), intent(inout) :: body !! damping is forgotten
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     body%damping = 0.0_wp
     body%first_damping = 0.0_wp

@@ -20,7 +20,7 @@ contains
   subroutine follow_shape(model, system, form)
     type(model_t), intent(inout) :: model !! pairs: patches
     type(system_t), intent(inout) :: system !! u and the bulk's force given; residual is formed
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
 
     if (.not. any(model%pairs%smooth)) return
     call bend_surfaces(model, system, form)
@@ -33,7 +33,7 @@ contains
   subroutine bend_surfaces(model, system, form)
     type(model_t), intent(inout) :: model !! pairs: patches
     type(system_t), intent(inout) :: system !! u given; gets x_now, patches of contact
-    type(form_t), intent(inout) :: form !! its kind
+    type(form_t), intent(inout) :: form !! its kind answers
     integer :: k, p
 
     if (associated(form%kind%refresh)) call form%kind%refresh(system, form)

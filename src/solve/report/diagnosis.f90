@@ -122,7 +122,7 @@ contains
   function turned_lines(model, system, form, time, goal) result(t)
     type(model_t), intent(in) :: model !! the model
     type(system_t), intent(in) :: system !! as converged, with the last accepted positions
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     real(wp), intent(in) :: time !! the time that was tried
     real(wp), intent(in), optional :: goal !! the end time that it leads to
     character(:), allocatable :: t

@@ -80,7 +80,7 @@ contains
     class(monitor_t), intent(inout) :: self !! the receiver
     type(model_t), intent(in) :: model !! with its new history
     type(system_t), intent(inout) :: system !! as it was solved
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(in) :: state !! the new state
 
     associate (unused => self, nobody => model, asks => system, in => form, for => state)

@@ -73,7 +73,7 @@ contains
   !! smaller. So a runaway cannot make its own residual look small.
   pure subroutine note_forces(system, form)
     type(system_t), intent(inout) :: system !! residual formed; gets seen_forces
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     real(wp) :: forces
 
     forces = internal_forces(system, form)
@@ -85,7 +85,7 @@ contains
   !> Norm of the nodal forces of supports and contact at the iterate.
   pure real(wp) function internal_forces(system, form) result(norm)
     type(system_t), intent(in) :: system !! forces given
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     integer :: i, k
 
     norm = norm_of(system%contact_force)

@@ -81,7 +81,7 @@ contains
     type(block_matrix_t), intent(in) :: matrix !! of all nodes
     integer, intent(in) :: b !! the body
     type(system_t), intent(in) :: system !! border grows
-    type(form_t), intent(inout) :: form !! goes with the iterate
+    type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), allocatable :: motion(:, :)
     integer :: i, k, other
 
@@ -130,7 +130,7 @@ contains
   !> Levers turn with a body: -sum [f] [r] of the forces on its nodes.
   pure function turning_of(system, form, b) result(mine)
     type(system_t), intent(in) :: system !! forces, rigid bodies, u
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     integer, intent(in) :: b !! the body
     real(wp) :: mine(size(system%tools%rigid(b)%unknown), size(system%tools%rigid(b)%unknown))
     real(wp) :: turning(6, 6), force(3)

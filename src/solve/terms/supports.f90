@@ -223,7 +223,7 @@ contains
   subroutine find_unheld(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(system_t), intent(inout) :: system !! status of contact elements; gets regularised
-    type(form_t), intent(in) :: form !! its kind
+    type(form_t), intent(in) :: form !! its kind answers
     real(wp) :: motion(6)
     integer :: body
 
