@@ -27,7 +27,7 @@ def keep(folder, seed, study, rows):
     path = place(folder, seed, study)
     os.makedirs(os.path.dirname(path), exist_ok=True)
     with open(path + '.part', 'w', encoding='utf-8') as stream:
-        json.dump([{'name': row.name(), 'error': row.error if math.isfinite(row.error) else 1e99,
+        json.dump([{'name': row.name(), 'error': float(row.error) if math.isfinite(row.error) else 1e99,
                     'wanted': row.wanted, 'verdict': row.verdict(), 'why': row.why} for row in rows], stream)
     os.replace(path + '.part', path)
 
