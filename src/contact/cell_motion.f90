@@ -21,7 +21,7 @@ module cell_motion
   !> A facet all of which is covered, but for such a share, need not be cut where its points have
   !! moved by less than so much of what is allowed: the cut could not change the cover by as much as
   !! that.
-  real(wp), parameter :: all_covered = 1.0e-3_wp, well_within = 0.1_wp
+  real(wp), parameter :: all_covered = 1.0e-9_wp, well_within = 0.1_wp
 
 contains
 

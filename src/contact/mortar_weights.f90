@@ -4,7 +4,7 @@
 !! Eq. (7.13): `add_point` adds to the sums, `keep_covered` divides by W_i; the gaps that the rows
 !! give at any positions are those of `find_gaps` of mortar_unknowns.
 module mortar_weights
-  use kinds, only: wp, machine_epsilon
+  use kinds, only: wp
   use contact_types, only: pair_t
   use mortar_types, only: mortar_t
   use mortar_functions, only: dual_functions, hat_functions, frame_of
@@ -21,8 +21,6 @@ module mortar_weights
   !> A node none of whose points is nearer to the master than this share of its width has no
   !! multiplier either: each round looks anew.
   real(wp), parameter :: far_away = 0.25_wp
-  !> Weights of a row, which are of the order of 1, below this are round-off.
-  real(wp), parameter :: nothing = 16.0_wp*machine_epsilon
   !> Nodes of a slave facet that a point has weights at.
   integer, parameter :: most_slaves = 6
 
@@ -346,32 +344,10 @@ contains
           end associate
         end associate
       end do
-      call drop_nothing(nodes%first(i), n, place, nodes)
     end do
     nodes%first(nodes%n + 1) = n + 1
     nodes%column = nodes%column(:n)
     nodes%now = nodes%now(:n)
     nodes%before = nodes%before(:n)
   end subroutine sort_rows
-
-  !> Dual functions do not see their neighbours on plane facets: what round-off leaves of these in a
-  !! row is dropped.
-  pure subroutine drop_nothing(first, n, place, nodes)
-    integer, intent(in) :: first !! where the row begins
-    integer, intent(inout) :: n !! where it ends
-    integer, intent(inout) :: place(:) !! (nodes) entry of each in the row; gets 0
-    type(mortar_t), intent(inout) :: nodes !! column, now, before
-    integer :: e, last
-
-    last = n
-    n = first - 1
-    do e = first, last
-      place(nodes%column(e)) = 0
-      if (max(abs(nodes%now(e)), abs(nodes%before(e))) <= nothing) cycle
-      n = n + 1
-      nodes%column(n) = nodes%column(e)
-      nodes%now(n) = nodes%now(e)
-      nodes%before(n) = nodes%before(e)
-    end do
-  end subroutine drop_nothing
 end module mortar_weights
