@@ -5,11 +5,12 @@
 module quadratic_facet
   use kinds, only: wp
   use vectors, only: cross
+  use element_types, only: routine_quadratic, routine_round
   implicit none
   private
   public :: facet_shapes_t, facet_shapes, facet_weights, projection_t, project_quadratic
   public :: project_on_quadratic, place_on_quadratic
-  public :: facet_flat, facet_bent, facet_round
+  public :: facet_flat, facet_bent, facet_round, facet_of_routine
 
   !> What a facet is: the plane of its corners, the surface through six nodes, or a part of a sphere
   !! or cylinder that cannot be deformed.
@@ -50,6 +51,20 @@ module quadratic_facet
   end type projection_t
 
 contains
+
+  !> What kind of facet a contact element has: flat (patches too), bent or round.
+  elemental integer function facet_of_routine(number) result(kind)
+    integer, intent(in) :: number !! which routine
+
+    select case (number)
+    case (routine_quadratic)
+      kind = facet_bent
+    case (routine_round)
+      kind = facet_round
+    case default
+      kind = facet_flat
+    end select
+  end function facet_of_routine
 
   !> Shape functions of six nodes, or those of the corners alone if the facet is taken as flat.
   pure type(facet_shapes_t) function facet_shapes(xi, kind, x) result(s)

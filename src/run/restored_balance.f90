@@ -12,7 +12,7 @@ module restored_balance
   use mortar_types, only: mortar_t
   use mortar_history, only: add_forces
   use mortar_points, only: weigh_pair
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use residuals, only: form_residual, residual_norm, estimate_round_off
   use result_types, only: saved_state_t
   use scene_marks, only: mark_scene, mark_time

@@ -6,7 +6,7 @@ module run_files
   use vectors, only: cross
   use errors, only: error_t
   use element_types, only: n_element_stress, status_stick, status_slip, status_open
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_field

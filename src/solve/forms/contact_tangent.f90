@@ -3,8 +3,7 @@
 module contact_tangent
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor
-  use element_types, only: task_tangent, status_open
-  use elmlib, only: routine_none
+  use element_types, only: task_tangent, status_open, routine_none
   use lapack_interface, only: dgetrs
   use low_rank, only: peel, largest_weighed
   use gcr, only: forget_images

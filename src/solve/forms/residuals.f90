@@ -3,9 +3,8 @@
 module residuals
   use kinds, only: wp, machine_epsilon
   use costs, only: begin_cost, end_cost, cost_residual
-  use element_types, only: task_residual, status_open
-  use elmlib, only: routine_none
-  use elmt03, only: d03_epsilon
+  use element_types, only: task_residual, status_open, routine_none
+  use element_parameters, only: d03_epsilon
   use assembly, only: assemble
   use multiplier_types, only: shift_multipliers
   use rigid_bodies, only: try_rigid

@@ -4,8 +4,7 @@
 module multiplier_motion
   use kinds, only: wp
   use vectors, only: product_of
-  use element_types, only: element_t, task_stress, n_element_stress
-  use elmlib, only: routine_none
+  use element_types, only: element_t, task_stress, n_element_stress, routine_none
   use model_types, only: model_t
   use contact_parameters, only: shifts_gap, has_field, point_shift
   use contact_types, only: contact_point_t, pair_t

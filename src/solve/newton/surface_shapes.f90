@@ -1,8 +1,8 @@
 !> The shape of smooth surfaces while a system is solved (doc/theory, "Surface smoothing").
 module surface_shapes
   use costs, only: begin_cost, end_cost, cost_search
-  use elmlib, only: routine_none, routine_smooth
-  use elmt04, only: d04_patch, d04_size
+  use element_types, only: routine_none, routine_smooth
+  use element_parameters, only: d04_patch, n_parameters
   use element_lists, only: element_list_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_lift
@@ -57,7 +57,7 @@ contains
     type(element_list_t), intent(inout) :: list !! gets d, lift
 
     if (list%routine(element) == routine_none) return
-    if (list%routine(element) == routine_smooth) list%d(d04_patch:d04_size, element) = &
+    if (list%routine(element) == routine_smooth) list%d(d04_patch:n_parameters, element) = &
       pair%surface%patch(:, pair%history%new(p)%target)
     if (pair%points%n_slaves > 1) list%lift(element) = point_lift(pair, p)
   end subroutine bend_point

@@ -3,10 +3,10 @@ module assembly
   use kinds, only: wp
   use vectors, only: cross
   use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
-    task_stick_shift_tangent, n_element_stress, status_stick, status_slip
+    task_stick_shift_tangent, n_element_stress, status_stick, status_slip, routine_none
   use element_lists, only: element_list_t, batch_size, threads_of
-  use elmlib, only: element_routine, n_parameters, routine_none
-  use elmt03, only: d03_mu
+  use elmlib, only: element_routine
+  use element_parameters, only: n_parameters, d03_mu
   use block_matrix, only: block_matrix_t
   use bulk_assembly, only: scatter_column
   implicit none

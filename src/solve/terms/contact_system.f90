@@ -2,10 +2,9 @@
 module contact_system
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells, cost_t
-  use element_types, only: status_off, status_open
-  use elmlib, only: routine_none
+  use element_types, only: status_off, status_open, routine_none
   use element_lists, only: element_list_t
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, point_lift, coupling

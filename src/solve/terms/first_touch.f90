@@ -5,9 +5,8 @@
 module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch
-  use element_types, only: status_open, status_stick
-  use elmlib, only: routine_none
-  use elmt03, only: d03_mu
+  use element_types, only: status_open, status_stick, routine_none
+  use element_parameters, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t, master_surface_t, contact_point_t, forget_moves

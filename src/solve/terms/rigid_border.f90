@@ -5,10 +5,9 @@ module rigid_border
   use rotations, only: spin
   use vectors, only: identity
   use lapack_interface, only: dgetrf, dgetrs
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use back_ends, only: nodes_t, solver_done, solver_singular
-  use element_types, only: status_open
-  use elmlib, only: routine_none
+  use element_types, only: status_open, routine_none
   use linear_solver, only: factorise_matrix, solve_system, describe_matrix
   use block_matrix, only: block_matrix_t, find_block
   use bulk_products, only: give_bulk

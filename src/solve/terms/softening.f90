@@ -2,9 +2,8 @@
 !! coefficients that it had at the start of the increment until it slips with them.
 module softening
   use kinds, only: wp
-  use element_types, only: status_slip
-  use elmlib, only: routine_none
-  use elmt03, only: d03_mu, d03_law, d03_area
+  use element_types, only: status_slip, routine_none
+  use element_parameters, only: d03_mu, d03_law, d03_area
   use friction_laws, only: keeps_path, hold_path, n_law_values
   use friction_return, only: has_friction
   use model_types, only: model_t

@@ -4,14 +4,12 @@
 module supports
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: status_open, status_stick
+  use element_types, only: status_open, status_stick, routine_none, routine_smooth
   use element_lists, only: slave_point, master_nodes, side_nodes, element_list_t
-  use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet, facet_normal
-  use quadratic_facet, only: projection_t, project_quadratic, facet_flat
-  use elmlib, only: routine_smooth, facet_of_routine
-  use elmt04, only: d04_patch, d04_size
+  use quadratic_facet, only: projection_t, project_quadratic, facet_flat, facet_of_routine
+  use element_parameters, only: d04_patch, n_parameters
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: form_t, system_t
@@ -422,7 +420,7 @@ contains
       if (p%found) return
     end if
     if (system%contact%routine(k) == routine_smooth) then
-      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:d04_size, k)), &
+      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:n_parameters, k)), &
         y(:, 1), xi, gap)
     else
       call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
