@@ -8,7 +8,8 @@ module batch_run
   use accepted_state, only: accept
   use lost_contact, only: look_for_strays
   use parallel, only: any_rank
-  use linear_solver, only: solver_of, solver_auto
+  use linear_solver, only: solver_of
+  use back_ends, only: solver_auto
   use solver_choice, only: ask_for_solver
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested, begin_writing, end_writing

@@ -2,16 +2,17 @@
 !! (2.5)).
 module residuals
   use kinds, only: wp, machine_epsilon
-  use costs, only: begin_cost, end_cost, cost_residual
-  use element_types, only: task_residual, status_open, routine_none
+  use costs, only: begin_cost, end_cost, cost_residual, cost_search
+  use element_types, only: status_open, routine_none
   use element_parameters, only: d03_epsilon
-  use assembly, only: assemble
   use multiplier_types, only: shift_multipliers
   use rigid_bodies, only: try_rigid
+  use model_types, only: model_t
   use system_types, only: form_t, system_t
   implicit none
   private
-  public :: form_residual, form_trial, residual_norm, estimate_round_off, round_off_factor
+  public :: form_residual, form_trial, follow_shape, residual_norm, estimate_round_off, &
+    round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -29,7 +30,7 @@ contains
     if (associated(form%kind%find_bulk_force) .and. .not. system%inner%known) &
       call form%kind%find_bulk_force(system, form, x)
     system%inner%known = .false.
-    call assemble(system%contact, task_residual, x, system%u, system%contact_force)
+    call system%terms%contact_forces(system%contact, x, system%u, system%contact_force)
     call form%kind%gather(system, form, 0.0_wp, .false.)
     call end_cost(form%costs, cost_residual)
   end subroutine form_residual
@@ -46,10 +47,26 @@ contains
     call try_rigid(system%tools, form%solution, length, form%trial)
     if (system%motion%active) call shift_multipliers(system%motion, length, system%contact%shift)
     if (associated(form%kind%try_bulk_force)) call form%kind%try_bulk_force(system, form, x)
-    call assemble(system%contact, task_residual, x, form%trial, system%contact_force)
+    call system%terms%contact_forces(system%contact, x, form%trial, system%contact_force)
     call form%kind%gather(system, form, length, .true.)
     call end_cost(form%costs, cost_residual)
   end subroutine form_trial
+
+  !> Smooth surfaces bend as the nodes of the iterate lie, and the residual with them.
+  subroutine follow_shape(model, system, form)
+    type(model_t), intent(inout) :: model !! pairs: patches
+    type(system_t), intent(inout) :: system !! u and the bulk's force given; residual is formed
+    type(form_t), intent(inout) :: form !! its kind answers
+
+    if (.not. any(model%pairs%smooth)) return
+    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
+    system%position%x_now = model%mesh%x + system%u
+    call begin_cost(system%costs, cost_search)
+    call system%terms%bend_surfaces(model, system%place, system%u, system%contact)
+    call end_cost(system%costs, cost_search)
+    system%inner%known = .true.
+    call form_residual(system, form, model%mesh%x)
+  end subroutine follow_shape
 
   !> Norm of the residual in the unknowns of the form.
   pure real(wp) function residual_norm(system, form) result(norm)

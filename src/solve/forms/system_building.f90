@@ -14,6 +14,7 @@ module system_building
   use rigid_bodies, only: start_rigid
   use supports, only: find_floating_bodies
   use full_form, only: full_form_of_system
+  use term_choice, only: terms_of_system
   use held_bodies, only: fix_held
   use system_types, only: form_t, system_t, state_t
   use cells, only: most_facet_nodes
@@ -42,6 +43,7 @@ contains
     type(form_t), intent(inout) :: form !! gets its kind, matrix
 
     form%kind = full_form_of_system()
+    system%terms = terms_of_system()
     call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
     call build_bulk(model, system, form)

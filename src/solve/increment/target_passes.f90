@@ -11,7 +11,7 @@ module target_passes
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
     outcome_restless, outcome_step_done, is_converged
-  use surface_shapes, only: follow_shape
+  use residuals, only: follow_shape
   use contact_report, only: restless_point
   use multiplier_motion, only: hand_back_multipliers
   use monitors, only: monitor_t

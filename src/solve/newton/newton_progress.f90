@@ -12,7 +12,6 @@ module newton_progress
   use element_lists, only: element_list_t
   use point_status, only: contact_counts, turned_back
   use stacks, only: is_stack
-  use linear_solver, only: solver_name
   use monitors, only: iteration_t
   use system_parts, only: bodies_t
   implicit none
@@ -253,7 +252,6 @@ contains
     call contact_counts(system%contact, 1, system%contact%n, report%active, report%stick, &
       report%slip)
     report%solver = form%kind%name
-    if (report%solver == '') report%solver = solver_name(form%whole%solver)
     report%seconds = wall_seconds() - report%seconds
   end subroutine describe
 end module newton_progress

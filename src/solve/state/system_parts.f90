@@ -4,7 +4,7 @@ module system_parts
   use kinds, only: wp
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
-  use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
+  use back_ends, only: linear_solver_t, solver_auto, solver_unknown
   use rigid_motions, only: motions_t
   use rigid_types, only: rigid_t
   implicit none

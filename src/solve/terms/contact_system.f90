@@ -126,8 +126,8 @@ contains
       list%path1(element) = point%path
       list%offset(element) = withheld_gap(pair, p)
       list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%history%softened .and. nothing_deforms(system, list%ix(1:list%nel(element), &
-        element))) then
+      if (pair%history%softened .and. nothing_deforms(system%equation, system%tools, &
+        list%ix(1:list%nel(element), element))) then
         list%d(d03_epsilon, element) = pair%points%epsilon(p)
         list%shift(:, element) = 0.0_wp
       end if

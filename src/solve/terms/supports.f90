@@ -9,7 +9,7 @@ module supports
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet, facet_normal
   use quadratic_facet, only: projection_t, project_quadratic, facet_flat, facet_of_routine
-  use element_parameters, only: d04_patch, n_parameters
+  use element_parameters, only: d04_patch
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: form_t, system_t
@@ -420,7 +420,7 @@ contains
       if (p%found) return
     end if
     if (system%contact%routine(k) == routine_smooth) then
-      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:n_parameters, k)), &
+      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:, k)), &
         y(:, 1), xi, gap)
     else
       call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)
