@@ -3,9 +3,7 @@ module batch_tangent
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use signals, only: stop_requested
-  use parallel, only: any_rank
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
+  use newton, only: newton_t, iterate, is_converged, outcome_going_on
   use increment_start, only: take_overlaps, begin_at, choose_start
   use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
@@ -18,6 +16,7 @@ module batch_tangent
   use batch_position, only: is_passing
   use run_context, only: context_t
   use run_progress, only: run_state_t
+  use newton_progress, only: heed_stop
   implicit none
   private
   public :: prepare, run_tangent, run_form, run_back
@@ -81,7 +80,7 @@ contains
       call estimate_round_off(system, form, model%mesh%x)
       call iterate(model, system, form, run%pending_time, run%settings, monitor, run%progress)
       if (run%progress%outcome == outcome_going_on) then
-        if (any_rank(stop_requested())) run%progress%outcome = outcome_stopped
+        call heed_stop(run%progress)
       end if
       if (run%progress%outcome /= outcome_going_on) then
         call raise_outcome(model, system, form, state, run%progress, run%pending_time, .false., &

@@ -15,9 +15,7 @@ module mortar_bulk_rounds
   use contact_system, only: load_contact
   use condensed_system, only: couple_condensed
   use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
-    outcome_stalled, outcome_restless, outcome_stopped
-  use signals, only: stop_requested
-  use parallel, only: any_rank
+    outcome_stalled, outcome_restless, outcome_stopped, heed_stop
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t
@@ -72,7 +70,7 @@ contains
       call solve_bulk_round(model, system, form, time, unknowns%gap, stiff, still, monitor, &
         progress)
       if (progress%outcome /= outcome_restless) return
-      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      call heed_stop(progress)
       if (progress%outcome == outcome_stopped) return
       call cut_moved(model, system, form, settings, cut_at, changes)
     end do

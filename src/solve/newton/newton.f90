@@ -1,8 +1,6 @@
 !> Semismooth Newton with line search on a system whose contact targets are frozen.
 module newton
   use kinds, only: wp
-  use signals, only: stop_requested
-  use parallel, only: any_rank
   use back_ends, only: solver_done, solver_out_of_memory
   use residuals, only: form_residual, follow_shape, residual_norm, estimate_round_off, &
     round_off_factor
@@ -15,7 +13,8 @@ module newton
   use model_types, only: model_t
   use multiplier_types, only: settle_multipliers
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
-    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, describe, &
+    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, heed_stop, &
+    describe, &
     outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
@@ -112,8 +111,8 @@ contains
     else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
       .and. system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
-    else if (any_rank(stop_requested())) then
-      progress%outcome = outcome_stopped
+    else
+      call heed_stop(progress)
     end if
   end subroutine judge
 

@@ -4,6 +4,8 @@ module newton_progress
   use kinds, only: wp
   use costs, only: wall_seconds
   use threads, only: notice_others
+  use signals, only: stop_requested
+  use parallel, only: any_rank
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
@@ -17,7 +19,7 @@ module newton_progress
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
-    judge_progress, judge_settled, begin_iteration, choose_held, describe
+    judge_progress, judge_settled, begin_iteration, choose_held, heed_stop, describe
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
@@ -217,6 +219,13 @@ contains
     report%seconds = wall_seconds()
     call notice_others()
   end subroutine begin_iteration
+
+  !> A signal that has come to some rank ends the solve.
+  subroutine heed_stop(progress)
+    type(newton_t), intent(inout) :: progress !! may get outcome
+
+    if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+  end subroutine heed_stop
 
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
