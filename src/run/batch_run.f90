@@ -2,7 +2,8 @@
 module batch_run
   use kinds, only: wp
   use errors, only: error_t
-  use costs, only: wall_seconds
+  use costs, only: wall_seconds, begin_cost, end_cost, count_cost, cost_output, cost_fields, &
+    cost_flush
   use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
@@ -290,8 +291,15 @@ contains
       context%sensitivity)
     call keep_touches(context%model, context%touched)
     call begin_writing()
+    call begin_cost(context%system%costs, cost_output)
     call write_row(context%files, context%model, context%system, context%form, context%state, &
       run%increment, context%audit, derivatives, error)
+    if (fields_due(context%model%output, context%state%step)) call count_cost( &
+      context%system%costs, cost_fields, count([context%model%output%field, &
+      context%model%output%contact]))
+    context%system%costs%count(cost_flush) = context%files%results%file%flushes + &
+      context%files%surfaces%file%flushes
+    call end_cost(context%system%costs, cost_output)
     if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%state, derivatives, error)
     call end_writing()

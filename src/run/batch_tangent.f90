@@ -7,7 +7,7 @@ module batch_tangent
   use increment_start, only: take_overlaps, begin_at, choose_start
   use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
-  use residuals, only: estimate_round_off, form_residual, residual_norm
+  use residuals, only: round_off_of, form_residual, residual_norm
   use solver_choice, only: choose_solver
   use stepping, only: raise_outcome
   use augmentation, only: augmentation_t
@@ -77,7 +77,7 @@ contains
     if (run%converged) return
     associate (model => context%model, system => context%system, form => context%form, state => &
       context%state, monitor => context%monitor)
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       call iterate(model, system, form, run%pending_time, run%settings, monitor, run%progress)
       if (run%progress%outcome == outcome_going_on) then
         call heed_stop(run%progress)
@@ -88,7 +88,7 @@ contains
         return
       end if
       ! at the start there may have been nothing to round
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       run%converged = is_converged(system, form, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call settle_targets(run, context)
@@ -113,7 +113,7 @@ contains
         call form%kind%couple(system, form)
         call form_residual(system, form, model%mesh%x)
         run%progress%energy_met = .false.
-        call estimate_round_off(system, form, model%mesh%x)
+        system%scale%round_off = round_off_of(system, form, model%mesh%x)
         if (.not. is_converged(system, form, run%settings, run%progress)) return
       end do
     end associate

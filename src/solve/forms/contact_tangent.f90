@@ -10,7 +10,7 @@ module contact_tangent
   use condensed_types, only: condensed_t, contact_tangent_t
   use live_candidates, only: gather_compliance, complete_compliance
   use contact_sums, only: sum_elements, add_whole_rest, peel_nodes, peel_elements
-  use supports, only: find_unheld
+  use supports, only: unheld_bodies
   use contact_blocks, only: form_blocks
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
@@ -53,7 +53,7 @@ contains
       call form_points(system, form)
       call clear_dead(tangent)
     end associate
-    if (any(system%body%floating)) call find_unheld(x, system, form)
+    if (any(system%body%floating)) system%body%regularised = unheld_bodies(x, system, form)
     call end_cost(form%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 

@@ -11,7 +11,7 @@ module residuals
   use system_types, only: form_t, system_t
   implicit none
   private
-  public :: form_residual, form_trial, follow_shape, residual_norm, estimate_round_off, &
+  public :: form_residual, form_trial, follow_shape, residual_norm, round_off_of, &
     round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
@@ -79,9 +79,9 @@ contains
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
   !! contact points of bodies that contact alone holds are left out: such a body may have come to
   !! rest without any load, and what is left there is then seen against no other force.
-  subroutine estimate_round_off(system, form, x)
-    type(system_t), intent(inout) :: system !! u given; gets round_off
-    type(form_t), intent(inout) :: form !! the linearised system in its form
+  real(wp) function round_off_of(system, form, x) result(norm)
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! its kind answers; trial is used
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms, largest
     integer :: k, n, last
@@ -99,8 +99,8 @@ contains
       end do
       terms = hypot(terms, system%contact%d(d03_epsilon, k)*largest)
     end do
-    system%scale%round_off = machine_epsilon*terms
-  end subroutine estimate_round_off
+    norm = machine_epsilon*terms
+  end function round_off_of
 
   !> A body of a contact element is not held by its supports alone.
   pure logical function is_floating(system, k)

@@ -196,7 +196,7 @@ contains
     type(system_t), intent(inout) :: system !! gets forces of contact, u, x_now
     type(form_t), intent(inout) :: form !! what the condensed form keeps changes
 
-    call spread_forces(model, system, form)
+    call spread_forces(model, system%contact_force, form%condensed)
     form%condensed%rigid%imbalance = 0.0_wp
     form%condensed%bulk%defect = 0.0_wp
     call place_candidates(form%condensed, spread(.true., 1, form%condensed%n), system%u)

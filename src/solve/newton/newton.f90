@@ -2,9 +2,9 @@
 module newton
   use kinds, only: wp
   use back_ends, only: solver_done, solver_out_of_memory
-  use residuals, only: form_residual, follow_shape, residual_norm, estimate_round_off, &
+  use residuals, only: form_residual, follow_shape, residual_norm, round_off_of, &
     round_off_factor
-  use force_scales, only: note_forces, force_scale, longest_step
+  use force_scales, only: least_forces, force_scale, longest_step
   use supports, only: close_bodies
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use point_status, only: forget_expected
@@ -51,8 +51,6 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
 
-    if (system%motion%active) call system%terms%take_multipliers(model, &
-      system%equation, system%tools, system%contact, system%place, system%motion)
     call begin_pseudo_time(system, form)
     if (.not. system%place%begun) call form_residual(system, form, model%mesh%x)
     system%place%begun = .false.
@@ -88,7 +86,7 @@ contains
     logical :: sound, rests, hopeless
 
     do
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       call settle_pseudo_step(system, form, model%mesh%x, progress%halved, rests, hopeless)
       if (.not. rests) exit
       if (.not. is_converged(system, form, settings, progress)) exit
@@ -241,7 +239,7 @@ contains
       progress%energy_met = meets_energy(system, form, settings, progress)
     progress%share = residual_norm(system, form)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp
-    call note_forces(system, form)
+    system%scale%seen_forces = least_forces(system, form)
     call describe(system, form, progress, time, report)
     call judge_progress(system, form, report%stick, progress)
     call monitor%iteration(report)

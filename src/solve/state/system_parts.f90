@@ -33,7 +33,7 @@ module system_parts
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
     real(wp), allocatable :: gone(:) !! (unknowns) way of rigid bodies since then [length]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
-    type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
+    real(wp), allocatable :: pose(:, :, :) !! (3, 4, rigid bodies) move and turn there
   end type pseudo_step_t
 
   !> The connected bodies, and what holds them.

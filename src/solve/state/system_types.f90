@@ -36,7 +36,6 @@ module system_types
     procedure(term_forces), pointer, nopass :: contact_forces => null() !! of contact elements
     procedure(term_share), pointer, nopass :: step_share => null() !! that the bulk can go
     procedure(term_bend), pointer, nopass :: bend_surfaces => null() !! that are smooth
-    procedure(term_take), pointer, nopass :: take_multipliers => null() !! at the start of a solve
     procedure(term_add), pointer, nopass :: add_multipliers => null() !! to a direction
     procedure(term_fit), pointer, nopass :: multipliers_fit => null() !! the forces
   end type terms_t
@@ -178,18 +177,6 @@ module system_types
       real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
       type(element_list_t), intent(inout) :: contact !! gets patches
     end subroutine term_bend
-
-    !> The multipliers of the working points, at the start of a solve.
-    subroutine term_take(model, equation, tools, contact, place, motion)
-      import :: model_t, rigid_part_t, element_list_t, contact_places_t, multiplier_motion_t
-      implicit none
-      type(model_t), intent(in) :: model !! pairs with their working points
-      integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-      type(rigid_part_t), intent(in) :: tools !! rigid bodies
-      type(element_list_t), intent(in) :: contact !! contact elements loaded
-      type(contact_places_t), intent(in) :: place !! where they are
-      type(multiplier_motion_t), intent(inout) :: motion !! begins
-    end subroutine term_take
 
     !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
     subroutine term_add(model, system, form, anew)

@@ -92,7 +92,7 @@ contains
         call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
       end do
     end do
-    call hold_coefficients(model, system)
+    call hold_coefficients(model, system%place, system%softening, system%contact)
     call withhold_friction(model, system)
   end subroutine load_contact
 

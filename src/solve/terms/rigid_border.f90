@@ -176,8 +176,8 @@ contains
 
   !> Factorises the matrix of the nodes and what it leaves of the corner.
   subroutine factorise_bordered(system, form, symmetric, outcome)
-    type(system_t), intent(inout) :: system !! csc and border given; factor and answers made
-    type(form_t), intent(inout) :: form !! gets border, matrix
+    type(system_t), intent(in) :: system !! its unknowns
+    type(form_t), intent(inout) :: form !! csc and border given; factor and answers made
     logical, intent(in) :: symmetric !! the matrix of the nodes may be taken for symmetric
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     integer :: k, info

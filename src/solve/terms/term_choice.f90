@@ -2,7 +2,7 @@
 module term_choice
   use assembly, only: contact_forces
   use bulk_term, only: bulk_step
-  use multiplier_motion, only: take_multipliers, add_multipliers, multipliers_fit
+  use multiplier_motion, only: add_multipliers, multipliers_fit
   use surface_shapes, only: bend_surfaces
   use system_types, only: terms_t
   implicit none
@@ -18,7 +18,6 @@ contains
     terms%contact_forces => contact_forces
     terms%step_share => bulk_step
     terms%bend_surfaces => bend_surfaces
-    terms%take_multipliers => take_multipliers
     terms%add_multipliers => add_multipliers
     terms%multipliers_fit => multipliers_fit
   end function terms_of_system
