@@ -191,6 +191,7 @@ contains
     top = int(bit_size(old) - 1 - leadz(ieor(old, length)))/8
     if (length <= old .or. top > most_top) then
       done = c_pwrite(c_fileno(stream), bytes_of(length), 8_c_size_t, address_places(version))
+      if (done < 8) file%promised = max(old, length)
       return
     end if
     new = ior(length, maskr(8*top, c_long))
@@ -225,7 +226,8 @@ contains
     if (present_length < length) ignored = c_truncate(file%path//c_null_char, length)
   end subroutine lengthen
 
-  !> Gives reserved room back when the file is closed, and its head the true length.
+  !> Gives reserved room back when the file is closed, and its head the true length. Where the head
+  !! cannot be written any more the file stays as long as that tells.
   subroutine give_back(file, length)
     type(hdf5_file_t), intent(inout) :: file !! the file
     integer(hsize_t), intent(in) :: length !! its bytes when it was closed
@@ -240,7 +242,7 @@ contains
     end if
     inquire (file=file%path, size=present_length)
     if (present_length > length) then
-      ignored = c_truncate(file%path//c_null_char, int(length, c_long))
+      ignored = c_truncate(file%path//c_null_char, max(int(length, c_long), file%promised))
     end if
     file%reserved = .false.
   end subroutine give_back
