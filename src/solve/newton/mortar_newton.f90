@@ -8,7 +8,7 @@ module mortar_newton
   implicit none
   private
   public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &
-    what_is_left, what_law_lacks, round_off
+    what_is_left, what_law_lacks, all_round_off
 
   !> Steps at most; a first touch has taken up to 8.
   integer, parameter :: most_steps = 30
@@ -220,6 +220,16 @@ contains
     force = round_off_of_gaps(unknowns)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale), &
       i=1, unknowns%n)])
   end function round_off
+
+  !> The same of all multipliers together, as the norm of what is left: where each is at its
+  !! round-off, no round lowers it any more.
+  pure real(wp) function all_round_off(unknowns) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
+    integer :: i
+
+    force = round_off_of_gaps(unknowns)*norm2([0.0_wp, (unknowns%cone(i)%scale([1, 1, 2]), &
+      i=1, unknowns%n)])
+  end function all_round_off
 
   !> Gaps are known to this; the places that they are of, to a unit of their own round-off.
   pure real(wp) function round_off_of_gaps(unknowns) result(gap)
