@@ -168,13 +168,24 @@ contains
     real(wp) :: share
     integer :: i
 
-    share = share_left*maxval([0.0_wp, abs(now%z)])
+    share = max(share_left*maxval([0.0_wp, abs(now%z)]), of_factors(unknowns, now))
     is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, of_balance*round_off(unknowns))
     do i = 1, unknowns%n
       is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
         maxval(unknowns%cone(i)%scale)*round_off_of_gaps(unknowns))
     end do
   end function is_solved
+
+  !> What round-off of factors leaves of any row: that of the largest, which is not small where bodies
+  !! give way as a whole far more than a node by itself.
+  pure real(wp) function of_factors(unknowns, now) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! compliance, scales
+    type(iterate_t), intent(in) :: now !! an iterate
+    integer :: i
+
+    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale)*maxval(matmul(abs( &
+      unknowns%compliance(3*i - 2:3*i, :)), abs(now%z))), i=1, unknowns%n)])
+  end function of_factors
 
   !> What the law lacks where no force moves anything, the largest of all [force].
   pure real(wp) function what_law_lacks(unknowns, z) result(left)
