@@ -55,7 +55,7 @@ module contact_cells
   !! where they lay on the master's edge by edge they get slivers all around (8 on 4 cells: 2.1).
   real(wp), parameter :: spare_of_nodes = 2.6_wp
   !> Cells of a slave facet that there is room for at least, and of one that is cut in four: where
-  !! many lie in few facets of the master, edge by edge, all get slivers (3 on 3 cells: 3.2 and 7.9).
+  !! many lie in few facets of the master, edge by edge, all get slivers (3 on 3: 3.2 and 7.9).
   integer, parameter :: least_cells = 4, least_of_parts = 10
 
 contains
@@ -82,9 +82,9 @@ contains
       if (size(pair%points%epsilon) > 0) pair%points%density = &
         pair%points%epsilon(1)/pair%points%area(1)
     end if
-    points = max(nint(reserve*real(points_at(pair, x), wp)), least*size(pair%points%slave_facets, 2), &
-      nint(more*real(parts*cell_points*most_cells(pair%points%slave_facets, &
-      pair%surface%facets, x), wp)))
+    points = max(nint(reserve*real(points_at(pair, x), wp)), &
+      least*size(pair%points%slave_facets, 2), nint(more*real(parts*cell_points*most_cells( &
+      pair%points%slave_facets, pair%surface%facets, x), wp)))
     deallocate (pair%points%point_nodes, pair%points%point_weights, pair%points%area)
     allocate (pair%history%cells(points), pair%history%old_cells(points))
     allocate (pair%points%point_nodes(pair%points%n_slaves, points), &

@@ -70,7 +70,7 @@ contains
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! u given
     type(form_t), intent(inout) :: form !! gets loaded
-    type(mortar_system_t), intent(in) :: last !! of the round before, without multipliers in the first
+    type(mortar_system_t), intent(in) :: last !! of the round before; in the first without any
     type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
     real(wp), allocatable :: z(:)
     real(wp) :: q(3, 3)

@@ -1,5 +1,6 @@
 !> Forces of the multipliers: Newton's method on the projection onto the cones (doc/theory, "Mortar
 !! contact", eqs. (7.16), (7.17)).
+!! In more than 400 lines, since an iterate, its step and what round-off leaves of it are one.
 module mortar_newton
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs
@@ -176,8 +177,8 @@ contains
     end do
   end function is_solved
 
-  !> What round-off of factors leaves of any row: that of the largest, which is not small where bodies
-  !! give way as a whole far more than a node by itself.
+  !> What round-off of factors leaves of any row: that of the largest, which is not small where
+  !! bodies give way as a whole far more than a node by itself.
   pure real(wp) function of_factors(unknowns, now) result(force)
     type(mortar_system_t), intent(in) :: unknowns !! compliance, scales
     type(iterate_t), intent(in) :: now !! an iterate
