@@ -201,3 +201,10 @@ class MortarLaws:
                 for k in range(3):
                     self.near(f'{cells}, row {step}: force {k + 1}', r.rea[step]['floor'][k] + r.rea[step]['lid'][k], 0,
                               1e-9*abs(r.rea[step]['floor'][2]))
+
+    def test_supports_along_the_normal_are_told(self):
+        """Contact has no force along a support of a slave node: along the normal that is worth a warning."""
+        text = two_blocks('MORTar over under', (3, 3, 2), (4, 3, 2), 0, 0.3, 'TET4')
+        for deck, told in ((text, False), (text.replace('x0 1 0 0', 'x0 1 0 1'), True)):
+            log = self.run(self.written('mortar_supported', deck)).text('.log')
+            self.true(f'told: {told}', (b'4 slave nodes supported along the normal' in log) == told)
