@@ -301,7 +301,10 @@ contains
     hold = soft*mean_stiffness(unknowns)
     lacking = maxval(abs(now%balance))
     if (lacking <= soft*maxval(abs(unknowns%load)) .or. all(now%closed)) return
-    way = minval([(now%gap(3*i), i=1, unknowns%n)], .not. now%closed)
+    ! nodes that touch without a force are no way to go
+    associate (gap => now%gap(3::3))
+      way = minval(gap, .not. now%closed .and. gap > round_off_of_gaps(unknowns))
+    end associate
     hold = max(hold, lacking/max(beyond*way, lacking/mean_stiffness(unknowns)))
   end function hold_of
 
