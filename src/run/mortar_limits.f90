@@ -119,8 +119,8 @@ contains
     call tell_supported(model, pair, diagnostics)
   end subroutine check_bodies
 
-  !> Warns of slave nodes whose way along the normal is prescribed: contact puts no force on them, and
-  !! they may go into the master.
+  !> Warns of slave nodes whose way along the normal is prescribed: contact puts no force on them,
+  !! and they may go into the master.
   subroutine tell_supported(model, pair, diagnostics)
     type(model_t), intent(in) :: model !! mesh, supports
     type(pair_t), intent(in) :: pair !! a pair with MORTar
@@ -140,8 +140,8 @@ contains
       end associate
     end do
     if (any(held)) call report_warning(diagnostics, pair%slave_at, 'pair '//pair%name//': '// &
-      count_noun(count(held), 'slave node')//' supported along the normal of the slave: what is '// &
-      'prescribed there goes on as if there were no contact; leave such facets out of the '// &
+      count_noun(count(held), 'slave node')//' supported along the normal of the slave: what '// &
+      'is prescribed there goes on as if there were no contact; leave such facets out of the '// &
       'slave, exchange slave and master, or write GTOS')
   end subroutine tell_supported
 
