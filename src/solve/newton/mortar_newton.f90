@@ -296,7 +296,6 @@ contains
     type(mortar_system_t), intent(in) :: unknowns !! gaps, loads
     type(iterate_t), intent(in) :: now !! an iterate
     real(wp) :: way, lacking
-    integer :: i
 
     hold = soft*mean_stiffness(unknowns)
     lacking = maxval(abs(now%balance))
