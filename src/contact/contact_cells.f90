@@ -54,6 +54,9 @@ module contact_cells
   !> The latter with multipliers at three nodes, whose facets slide before friction holds them:
   !! where they lay on the master's edge by edge they get slivers all around (8 on 4 cells: 2.1).
   real(wp), parameter :: spare_of_nodes = 2.6_wp
+  !> Cells of a slave facet that there is room for at least, and of one that is cut in four: where
+  !! many lie in few facets of the master, edge by edge, all get slivers (3 on 3: 3.2 and 7.9).
+  integer, parameter :: least_cells = 4, least_of_parts = 10
 
 contains
 
@@ -62,7 +65,7 @@ contains
   subroutine prepare_cells(x, pair)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(pair_t), intent(inout) :: pair !! points given; gets cells, density, room for points
-    integer :: f, points, parts
+    integer :: f, points, parts, least
     real(wp) :: more
 
     points = pair%facet_points
@@ -72,15 +75,16 @@ contains
       parts = slave_parts
       more = spare
     end if
+    least = cell_points*merge(least_cells, least_of_parts, parts == 1)
     pair%points%slave_area = [(sum(pair%points%area(points*(f - 1) + 1:points*f)), &
                         f=1, size(pair%points%slave_facets, 2))]
     if (allocated(pair%points%epsilon)) then
       if (size(pair%points%epsilon) > 0) pair%points%density = &
         pair%points%epsilon(1)/pair%points%area(1)
     end if
-    points = max(nint(reserve*real(points_at(pair, x), wp)), 6*size(pair%points%slave_facets, 2), &
-      nint(more*real(parts*cell_points*most_cells(pair%points%slave_facets, &
-      pair%surface%facets, x), wp)))
+    points = max(nint(reserve*real(points_at(pair, x), wp)), &
+      least*size(pair%points%slave_facets, 2), nint(more*real(parts*cell_points*most_cells( &
+      pair%points%slave_facets, pair%surface%facets, x), wp)))
     deallocate (pair%points%point_nodes, pair%points%point_weights, pair%points%area)
     allocate (pair%history%cells(points), pair%history%old_cells(points))
     allocate (pair%points%point_nodes(pair%points%n_slaves, points), &

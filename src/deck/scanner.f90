@@ -27,6 +27,11 @@ module scanner
   end type scan_t
 
   character(*), parameter :: blanks = ' '//achar(9)
+  !> Blanks that only look like one (U+00A0, U+202F, U+2007, U+2009, U+3000): text that
+  !! was copied from a page has them.
+  character(*), parameter :: odd_blanks(5) = [character(3) :: char(194)//char(160), &
+    char(226)//char(128)//char(175), char(226)//char(128)//char(135), &
+    char(226)//char(128)//char(137), char(227)//char(128)//char(128)]
 
 contains
 
@@ -80,6 +85,8 @@ contains
         scan%comma = .false.
       case default
         call scan_item(text, i, last)
+        call look_for_odd_blank(text, start, i - 1, scan)
+        if (scan%fault > 0) return
         call add_span(scan, start, i - 1, line, start - first + 1)
         scan%comma = .false.
       end select
@@ -128,6 +135,24 @@ contains
       i = i + 1
     end do
   end subroutine scan_item
+
+  !> A blank that does not part items although it looks as if it did is a fault.
+  pure subroutine look_for_odd_blank(text, first, last, scan)
+    character(*), intent(in) :: text !! text of the whole file
+    integer, intent(in) :: first !! first character of the item
+    integer, intent(in) :: last !! its last character
+    type(scan_t), intent(inout) :: scan !! the record; its fault is set if there is one
+    integer :: k, at
+
+    do k = 1, size(odd_blanks)
+      at = index(text(first:last), trim(odd_blanks(k)))
+      if (at == 0) cycle
+      scan%fault = first + at - 1
+      scan%what = 'a blank that is none: a character that only looks like one'
+      scan%remedy = 'write a plain blank here; text copied from a page or a letter has others'
+      return
+    end do
+  end subroutine look_for_odd_blank
 
   !> Goes behind the closing quote.
   subroutine scan_quoted(text, i, last, scan)

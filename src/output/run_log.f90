@@ -145,14 +145,7 @@ contains
 
     line = pair%name//': '//pair%slave//' on '//pair%master//', '// &
       count_noun(used_points(pair), 'point')//' against '// &
-      count_noun(size(pair%surface%facets, 2), 'facet')//', penalty '
-    if (pair%segmented) then
-      line = line//to_text(pair%points%density)//' force/length^3 times the area of a point'
-    else if (size(pair%points%epsilon) > 0) then
-      line = line//range_text(pair%points%epsilon)
-    end if
-    if (.not. pair%segmented) line = line//' force/length a point'
-    line = line//penalty_origin(pair)
+      count_noun(size(pair%surface%facets, 2), 'facet')//penalty_text(pair)
     if (maxval(pair%friction%mu) > 0.0_wp) then
       line = line//', mu '//to_text(pair%friction%mu(1))//' and '// &
         to_text(pair%friction%mu(2))//', slip '// &
@@ -160,10 +153,29 @@ contains
     else
       line = line//', frictionless'
     end if
-    if (pair%points%n_slaves > 1) line = line//', GTOS'
+    if (pair%points%n_slaves > 1 .and. .not. pair%mortar) line = line//', GTOS'
     if (pair%augmented) line = line//', AUGMent'
     if (pair%smooth) line = line//', SMOOth'
   end function pair_line
+
+  !> The penalty that is used and where it comes from, or what stands for it.
+  function penalty_text(pair) result(t)
+    type(pair_t), intent(in) :: pair !! the pair
+    character(:), allocatable :: t
+
+    if (pair%mortar) then
+      t = ', MORTar'
+      return
+    end if
+    t = ', penalty '
+    if (pair%segmented) then
+      t = t//to_text(pair%points%density)//' force/length^3 times the area of a point'
+    else if (size(pair%points%epsilon) > 0) then
+      t = t//range_text(pair%points%epsilon)
+    end if
+    if (.not. pair%segmented) t = t//' force/length a point'
+    t = t//penalty_origin(pair)
+  end function penalty_text
 
   !> The laws that change the cone, with their values.
   function law_text(values) result(t)

@@ -77,6 +77,49 @@ def pile(one, two, pressed):
             + 'OUTPut\n  REACtions floor lid\nBATCh\n  DT,,1/4\n  STEP,,8\nEND\n')
 
 
+def on_thirds(form, n, kind):
+    """A block on a plate three times as large, both of n cells: edges of the slave lie on edges of the master."""
+    return ('MFEC * * edges on edges\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic 1000 0.3\n'
+            + block('low', (n, n, 1), (-1, -1, -1), (2, 2, 0), 0, kind)
+            + block('high', (n, n, 2), (0, 0, 0), (1, 1, 1), 0, kind)
+            + 'SET floor\n  PLANe 3 -1\nSET joint\n  PLANe 3 0\nSET lid\n  PLANe 3 1\n'
+            + 'SURFace under FROM joint IN low\nSURFace over FROM joint IN high\n'
+            + f'CONTact\n  PAIR 1\n    {form}\n    FRICtion COULomb 0.3\nBOUNdary\n  floor 1 1 1\n  lid 1 1 1\n'
+            + 'DISPlacement\n  lid 0.003 0.001 -0.01\nPROPortional 1\n  0 0\n  1 1\nOUTPut\n  REACtions floor lid\n'
+            + 'BATCh\n  DT,,1/2\n  STEP,,2\nEND\n')
+
+
+def resting(shift, kind):
+    """A stiff block that friction holds on a softer one, under a dead load, somewhere in space."""
+    x, y, z = shift
+    return ('MFEC * * a block that rests\n'
+            + ''.join(f'MATErial {k}\n  ELAStic ISOTropic {young} 0.3\n' for k, young in ((1, 1e4), (2, 2e5)))
+            + f'TRANsform\n  1 0 0\n  0 1 0\n  0 0 1\n  {x!r} {y!r} {z!r}\n'
+            + block('low', (4, 3, 1), (-0.6, -0.5, -0.4), (0.6, 0.5, 0), 0, kind)
+            + block('high', (3, 2, 1), (-0.4, -0.35, 0), (0.4, 0.3, 0.5), 0, kind).replace('MATErial 1', 'MATErial 2')
+            + f'SET floor\n  PLANe 3 {z - 0.4!r}\nSET joint\n  PLANe 3 {z!r}\nSET lid\n  PLANe 3 {z + 0.5!r}\n'
+            + 'SURFace under FROM joint IN low\nSURFace over FROM joint IN high\nSURFace top FROM lid\n'
+            + 'CONTact\n  PAIR 1\n    MORTar over under\n    FRICtion COULomb 1\nBOUNdary\n  floor 1 1 1\n'
+            + 'TRACtion\n  top 0.03 0.02 -0.2\nOUTPut\n  REACtions floor\nBATCh\n  DT,,1/3\n  STEP,,1\nEND\n')
+
+
+def cushion(cells):
+    """A soft plate of rubber that contact alone holds between two stiff blocks: pressed, then sheared."""
+    names = (('low', -0.5, -0.3, 0), ('mid', -0.45, 0, 0.2), ('high', -0.5, 0.2, 0.5))
+    return ('MFEC * * a cushion\nMATErial 1\n  ELAStic ISOTropic 100 0.3\n'
+            + 'MATErial 2\n  SOLId NEOHookean\n  ELAStic NEOHookean 1 0.3\n'
+            + ''.join(block(name, n, (a, a, b), (-a, -a, c), 0, 'TET4').replace('MATErial 1', f'MATErial {m}')
+                      for (name, a, b, c), n, m in zip(names, cells, (1, 2, 1)))
+            + 'SET floor\n  PLANe 3 -0.3\nSET one\n  PLANe 3 0\nSET two\n  PLANe 3 0.2\nSET lid\n  PLANe 3 0.5\n'
+            + 'SURFace bed FROM one IN low\nSURFace foot FROM one IN mid\nSURFace head FROM two IN mid\n'
+            + 'SURFace roof FROM two IN high\nBOUNdary\n  floor 1 1 1\n  lid 1 1 1\n'
+            + 'DISPlacement\n  lid 0 0 -0.01 1\n  lid 0.008 0.004 0 2\n'
+            + 'PROPortional 1\n  0 0\n  1 1\nPROPortional 2\n  1 0\n  2 1\nCONTact\n'
+            + ''.join(f'  PAIR {k}\n    MORTar {sides}\n    FRICtion COULomb 0.6\n'
+                      for k, sides in ((1, 'foot bed'), (2, 'head roof')))
+            + 'OUTPut\n  REACtions floor lid\nBATCh\n  DT,,1/4\n  STEP,,8\nEND\n')
+
+
 def in_corner(kind):
     """A block between a rigid floor and a rigid wall: nodes of its edge are in two pairs."""
     return (f'MFEC * * a corner\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic {E} 0.3\n'

@@ -5,7 +5,8 @@ import os
 
 import h5py
 
-from mortar_decks import E, PRESSURE, in_corner, kinked, lame, on_two, pile, rings, two_blocks
+from mortar_decks import (E, PRESSURE, cushion, in_corner, kinked, lame, on_thirds, on_two, pile, resting, rings,
+                          two_blocks)
 from rigid_laws import rigid_rows
 
 
@@ -173,3 +174,37 @@ class MortarLaws:
         self.true('no cut', b' 0 cuts' in r.text('.log'))
         for name, weight in (('first_on_slope', 3), ('second_on_first', 2), ('third_on_second', 1)):
             self.near(name, r.con[4][name]['F3'], weight, 1e-9)
+
+    def test_slivers_find_room(self):
+        """Where edges lie on edges each slave facet is cut with many master facets, most of them in slivers."""
+        for form in ('MORTar over under', 'GTOS over under SEGMent'):
+            for n, kind in ((2, 'TET4'), (3, 'TET4'), (3, 'TET10')):
+                r = self.run(self.written('mortar_thirds', on_thirds(form, n, kind)))
+                self.true(f'{form}, {n} cells of {kind}: all points have room', b'storage for' not in r.text('.log'))
+
+    def test_a_block_rests_far_from_the_origin(self):
+        """A thousand sizes from the origin round-off of gaps is more than the tolerance of forces."""
+        for kind in ('TET4', 'TET10'):
+            for shift in ((0.0, 0.0, 0.0), (-593.5, -843.75, -212.25), (1000.5, -777.25, 333.5)):
+                r = self.run(self.written('mortar_far', resting(shift, kind)))
+                self.true(f'{kind} at {shift}: no cut', b' 0 cuts' in r.text('.log'))
+                for k, load in enumerate((0.03, 0.02, -0.2)):
+                    self.near(f'{kind} at {shift}: force {k + 1}', r.rea[1]['floor'][k], -0.52*load, 1e-9)
+
+    def test_a_soft_cushion_between_stiff_blocks(self):
+        """The tangent of a body that contact alone holds may lose definiteness under pressure: its
+        compliance then has fewer digits, and the scale of the stiff blocks asks for too many."""
+        for cells in (((3, 3, 1), (5, 5, 2), (3, 3, 1)), ((2, 3, 1), (7, 7, 2), (3, 2, 1))):
+            r = self.run(self.written('mortar_cushion', cushion(cells)))
+            self.true(f'{cells}: no cut', b' 0 cuts' in r.text('.log'))
+            for step in r.con:
+                for k in range(3):
+                    self.near(f'{cells}, row {step}: force {k + 1}', r.rea[step]['floor'][k] + r.rea[step]['lid'][k], 0,
+                              1e-9*abs(r.rea[step]['floor'][2]))
+
+    def test_supports_along_the_normal_are_told(self):
+        """Contact has no force along a support of a slave node: along the normal that is worth a warning."""
+        text = two_blocks('MORTar over under', (3, 3, 2), (4, 3, 2), 0, 0.3, 'TET4')
+        for deck, told in ((text, False), (text.replace('x0 1 0 0', 'x0 1 0 1'), True)):
+            log = self.run(self.written('mortar_supported', deck)).text('.log')
+            self.true(f'told: {told}', (b'4 slave nodes supported along the normal' in log) == told)

@@ -63,18 +63,19 @@ contains
     end associate
   end subroutine linearise_bulk
 
-  !> Rows, gaps and laws of all multipliers where no force moves anything; as if bodies had the
+  !> Rows, gaps and laws of all multipliers where no force moves anything; with the compliances that
+  !! multipliers had in the round before, or where some have come or gone, as if bodies had the
   !! stiffness of the scene. Gaps along supports of slave nodes are none, as in eq. (7.18).
-  subroutine take_gaps(model, system, form, stiff, unknowns)
+  subroutine take_gaps(model, system, form, last, unknowns)
     type(model_t), intent(in) :: model !! pairs with their multipliers
     type(system_t), intent(in) :: system !! u given
     type(form_t), intent(inout) :: form !! gets loaded
-    real(wp), intent(in) :: stiff(:) !! (n) compliance along supported axes of the round before; of
-    !! another number where multipliers have come or gone
+    type(mortar_system_t), intent(in) :: last !! of the round before; in the first without any
     type(mortar_system_t), intent(out) :: unknowns !! gets rows, gap, cone
     real(wp), allocatable :: z(:)
     real(wp) :: q(3, 3)
     integer :: i
+    logical :: same
 
     associate (condensed => form%condensed)
       do i = 1, condensed%n
@@ -84,16 +85,18 @@ contains
     call join_rows(model, unknowns)
     call find_gaps(model, system, model%mesh%x + system%u, unknowns)
     z = local_forces(model, unknowns)
+    same = last%n == unknowns%n
     do i = 1, unknowns%n
       associate (gap => unknowns%gap(3*i - 2:3*i), mine => z(3*i - 2:3*i))
         q = across(system%equation(:, unknowns%rows%node(i)) > 0, unknowns%rows%frame(:, :, i))
         gap = matmul(q, gap)
-        if (size(stiff) == unknowns%n) gap = gap + stiff(i)*(mine - matmul(q, mine))
+        if (same) gap = gap + last%stiff(i)*(mine - matmul(q, mine))
       end associate
     end do
     allocate (unknowns%compliance(3*unknowns%n, 3*unknowns%n), source=0.0_wp)
     do i = 1, 3*unknowns%n
       unknowns%compliance(i, i) = 1.0_wp/system%scale%stiffest
+      if (same) unknowns%compliance(i, i) = last%compliance(i, i)
     end do
     call take_cones(model, unknowns)
   end subroutine take_gaps

@@ -114,16 +114,18 @@ contains
   subroutine tell_crowded(model, monitor)
     type(model_t), intent(inout) :: model !! pairs: what has been told
     class(monitor_t), intent(inout) :: monitor !! hears of it
+    character(:), allocatable :: other
     integer :: k
 
     do k = 1, size(model%pairs)
       if (model%pairs(k)%history%crowd_told .or. .not. model%pairs(k)%history%crowded) cycle
       model%pairs(k)%history%crowd_told = .true.
+      other = 'a number of points in place of SEGMent'
+      if (model%pairs(k)%mortar) other = 'GTOS in place of MORTar'
       call monitor%warning('pair '//model%pairs(k)%name//': the slave lies on more facets than '// &
         'there is storage for ('//to_text(size(model%pairs(k)%history%cells))//' points): some '// &
         'slave facets have one point a cell or fewer, and what they carry is not exact from '// &
-        'here on; write a number of points in place of SEGMent, or make '// &
-        'the coarser surface the master')
+        'here on; write '//other//', or make the coarser surface the master')
     end do
   end subroutine tell_crowded
 end module increments

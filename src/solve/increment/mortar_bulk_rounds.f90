@@ -36,15 +36,13 @@ contains
     type(settings_t), intent(in) :: settings !! tolerances
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
-    type(mortar_system_t) :: unknowns
-    real(wp), allocatable :: stiff(:)
+    type(mortar_system_t) :: unknowns, last
     real(wp) :: cut_at(3, size(system%u, 2))
     integer :: round, changes
     logical :: balanced, still
 
     changes = 0
     still = .false.
-    allocate (stiff(0))
     cut_at = system%position%x_ahead
     form%kind%near = .false.
     call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
@@ -54,7 +52,7 @@ contains
     do round = 1, most_rounds
       progress%outcome = outcome_restless
       call weigh_all(model, system, waits)
-      call take_gaps(model, system, form, stiff, unknowns)
+      call take_gaps(model, system, form, last, unknowns)
       associate (z => local_forces(model, unknowns))
         call spread_forces(model, system%contact_force, form%condensed)
         call form%kind%gather(system, form, 0.0_wp, .false.)
@@ -68,7 +66,7 @@ contains
       end associate
       if (balanced) progress%outcome = outcome_converged
       if (balanced) exit
-      call solve_bulk_round(model, system, form, time, unknowns%gap, stiff, still, monitor, &
+      call solve_bulk_round(model, system, form, time, unknowns%gap, last, still, monitor, &
         progress)
       if (progress%outcome /= outcome_restless) return
       call heed_stop(progress)
@@ -79,17 +77,16 @@ contains
   end subroutine follow_bulk
 
   !> Forces of the multipliers with frozen weights and a linearised bulk, and how this goes on.
-  subroutine solve_bulk_round(model, system, form, time, gap, stiff, still, monitor, progress)
+  subroutine solve_bulk_round(model, system, form, time, gap, unknowns, still, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: time !! end of the increment
     real(wp), intent(in) :: gap(:) !! (3 n) slip and gap of the iterate [length]
-    real(wp), allocatable, intent(inout) :: stiff(:) !! (n) gets compliance along supported axes
+    type(mortar_system_t), intent(out) :: unknowns !! the system of the round
     logical, intent(out) :: still !! the forces are what they were
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
-    type(mortar_system_t) :: unknowns
     type(mortar_factor_t) :: factor
     type(mortar_result_t) :: result
     integer :: outcome
@@ -100,7 +97,6 @@ contains
     if (outcome /= solver_done) progress%outcome = outcome_stalled
     if (outcome /= solver_done) return
     call build_mortar(model, system, form, unknowns)
-    stiff = unknowns%stiff
     associate (z => local_forces(model, unknowns), alpha => form%condensed%rigid%alpha)
       if (form%condensed%refusals == 0) then
         call solve_multipliers(unknowns, z, alpha, factor, result)

@@ -6,7 +6,7 @@ module mortar_increment
   use mortar_unknowns, only: mortar_system_t, join_rows, local_forces
   use mortar_system, only: build_mortar, anchor_mortar, spread_forces
   use mortar_newton, only: mortar_result_t, mortar_factor_t, forget_factor, solve_multipliers, &
-    what_is_left, round_off
+    what_is_left, all_round_off
   use mortar_rounds, only: most_rounds, law_share, weigh_all, cut_moved, take_result, tell, show_all
   use mortar_bulk_rounds, only: follow_bulk
   use mortar_touch, only: find_touched
@@ -31,6 +31,10 @@ module mortar_increment
   !! cost what a new one does. What weights and forces lack comes down in turn: one round tells
   !! little.
   integer, parameter :: pairs_worth_one = 5
+  !> Beyond most_rounds there are more, up to so many, while two of them leave no more than this
+  !! share: a body that only weak springs hold where it can slide takes some 40.
+  integer, parameter :: rounds_at_most = 80
+  real(wp), parameter :: gets_on_share = 0.6_wp
 
 contains
 
@@ -111,14 +115,17 @@ contains
     type(mortar_factor_t) :: factor
     real(wp) :: cut_at(3, size(system%u, 2)), left, before, earlier, allowed
     integer :: round, changes
-    logical :: same
+    logical :: same, gets_on
 
+    gets_on = .false.
     before = huge(before)
     earlier = before
     cut_at = system%position%x_ahead
     call foretell(model, system, form, waits)
     call cut_moved(model, system, form, settings, cut_at, changes)
-    do round = 1, most_rounds
+    do round = 1, rounds_at_most
+      if (round > most_rounds .and. .not. gets_on) exit
+      gets_on = .false.
       progress%outcome = outcome_restless
       call weigh_all(model, system, waits, same)
       same = same .and. round > 1
@@ -129,6 +136,7 @@ contains
           call show_all(model, system%contact, system%place)
           return
         end if
+        gets_on = left <= gets_on_share*earlier
         if (round == 2) earlier = norm2(system%contact_force)
         same = left*(left/earlier)**pairs_worth_one <= allowed
         earlier = before
@@ -147,7 +155,7 @@ contains
       call cut_moved(model, system, form, settings, cut_at, changes)
     end do
     progress%outcome = outcome_restless
-    call monitor%warning('the weights of multipliers do not settle')
+    call monitor%detail('  the weights of multipliers do not settle')
   end subroutine follow_anchored
 
   !> Where the forces of the last state put the bodies if they act by the weights at the place that
@@ -187,7 +195,7 @@ contains
     left = norm2([norm2(system%contact_force - before), what_is_left(unknowns, &
       local_forces(model, unknowns), motions_of(system, form))])
     allowed = max(max(settings%asked(tol_residual), law_share*sqrt(settings%asked(tol_energy))) &
-      *max(norm2(before), force_scale(system%scale)), round_off(unknowns))
+      *max(norm2(before), force_scale(system%scale)), all_round_off(unknowns))
   end subroutine return_to_balance
 
   !> Moves the bodies to where forces of the multipliers, loads and rigid motions put them.

@@ -1,5 +1,6 @@
 !> Forces of the multipliers: Newton's method on the projection onto the cones (doc/theory, "Mortar
 !! contact", eqs. (7.16), (7.17)).
+!! In more than 400 lines, since an iterate, its step and what round-off leaves of it are one.
 module mortar_newton
   use kinds, only: wp
   use lapack_interface, only: dgetrf, dgetrs
@@ -8,7 +9,7 @@ module mortar_newton
   implicit none
   private
   public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &
-    what_is_left, what_law_lacks, round_off
+    what_is_left, what_law_lacks, all_round_off
 
   !> Steps at most; a first touch has taken up to 8.
   integer, parameter :: most_steps = 30
@@ -168,13 +169,24 @@ contains
     real(wp) :: share
     integer :: i
 
-    share = share_left*maxval([0.0_wp, abs(now%z)])
+    share = max(share_left*maxval([0.0_wp, abs(now%z)]), of_factors(unknowns, now))
     is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, of_balance*round_off(unknowns))
     do i = 1, unknowns%n
       is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
         maxval(unknowns%cone(i)%scale)*round_off_of_gaps(unknowns))
     end do
   end function is_solved
+
+  !> What round-off of factors leaves of any row: that of the largest, which is not small where
+  !! bodies give way as a whole far more than a node by itself.
+  pure real(wp) function of_factors(unknowns, now) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! compliance, scales
+    type(iterate_t), intent(in) :: now !! an iterate
+    integer :: i
+
+    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale)*maxval(matmul(abs( &
+      unknowns%compliance(3*i - 2:3*i, :)), abs(now%z))), i=1, unknowns%n)])
+  end function of_factors
 
   !> What the law lacks where no force moves anything, the largest of all [force].
   pure real(wp) function what_law_lacks(unknowns, z) result(left)
@@ -220,6 +232,16 @@ contains
     force = round_off_of_gaps(unknowns)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale), &
       i=1, unknowns%n)])
   end function round_off
+
+  !> The same of all multipliers together, as the norm of what is left: where each is at its
+  !! round-off, no round lowers it any more.
+  pure real(wp) function all_round_off(unknowns) result(force)
+    type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
+    integer :: i
+
+    force = round_off_of_gaps(unknowns)*norm2([0.0_wp, (unknowns%cone(i)%scale([1, 1, 2]), &
+      i=1, unknowns%n)])
+  end function all_round_off
 
   !> Gaps are known to this; the places that they are of, to a unit of their own round-off.
   pure real(wp) function round_off_of_gaps(unknowns) result(gap)
