@@ -36,6 +36,9 @@ module point_fields
     real(wp), allocatable :: lift(:) !! (near) if smooth: height over the slave facet [length]
     real(wp), allocatable :: multiplier(:, :) !! (3, points) with AUGMent: force without gap [force]
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, targets) if smooth: patches
+    integer, allocatable :: touch_node(:) !! (nodes of closed points) if points have touched first
+    real(wp), allocatable :: touch(:, :) !! (4, these) displacement without friction at new points
+    !! [length], first touch of the body as a share of the increment, -1 where none is foreseen
   end type point_fields_t
 
   !> When a field is there.

@@ -1,0 +1,204 @@
+"""Where points close that have come through the air: ways of the nodes within an increment and what
+they meet, formed anew (doc/theory, "Contact initiation", (10.5) to (10.8))."""
+from __future__ import annotations
+
+import copy
+from typing import Any, Optional
+
+import numpy as np
+
+from .proof_contact import OPEN, Pair, Points, dot, frame_of, shares
+from .proof_lines import Array
+from .proof_paths import carried, judge_touches
+from .proof_run import Run, cross
+
+NEVER, ON_EDGE, RISES = 1e300, 1e-7, 0.42
+
+
+class Ways:
+    """Where the nodes would be at the end of an increment if nothing touched (10.6)."""
+
+    def __init__(self, run: Run, linear: bool):
+        self.run, self.linear = run, linear
+        self.body = np.arange(len(run.x0))
+        cells = [c for c in run.corners.values() if len(c)]
+        before = np.zeros_like(self.body)
+        while (before != self.body).any():
+            before = self.body.copy()
+            for c in cells:
+                np.minimum.at(self.body, c, self.body[c].min(1, keepdims=True).repeat(c.shape[1], 1))
+            self.body = self.body[self.body]
+        self.fixed = run.supports[:, :3] > 0
+        free = ~self.fixed & (run.springs <= 0)
+        self.bodies = [np.flatnonzero(self.body == b) for b in np.unique(self.body[self.fixed.any(1)])]
+        self.center = 0.5 * (run.x0.max(0) + run.x0.min(0))
+        self.size = float(np.ptp(run.x0, axis=0).max())
+        self.floats = np.zeros(len(run.x0), bool)  # what supports and springs leave rigid motions
+        for b in np.unique(self.body[free.any(1)]):
+            here = self.body == b
+            rows = self.rows(run.x0[here])[~free[here]]
+            self.floats[here] = np.linalg.matrix_rank(rows, 1e-6 * max(1, np.sqrt(len(rows)))) < 6
+        self.sure = not (len(run.table('rigid', 9)) or run.supports[:, 3].any())
+        self.span = 0.0
+        self.x: Optional[Array] = None
+
+    def rows(self, x: Array) -> Array:
+        """Displacements at places by six motions, (n, 3, 6)."""
+        y, row = (x - self.center) / self.size, np.zeros((len(x), 3, 6))
+        row[:, :, :3] = np.eye(3)
+        row[:, :, 3:] = cross(np.eye(3), y[:, None, :]).swapaxes(1, 2)
+        return row
+
+    def carry(self, last: Array, u: Array, turn: bool) -> Array:
+        """The bodies moved rigidly as their prescribed nodes move best."""
+        done = np.where(self.fixed, u, last)
+        for nodes in self.bodies:
+            fixed, x, v = self.fixed[nodes], self.run.x0[nodes], last[nodes].copy()
+            for _ in range(12 if turn else 1):
+                step = np.where(fixed, u[nodes] - v, 0)
+                if np.abs(step).max() <= (1e-15 * self.size if turn else 0):
+                    break
+                row = self.rows(x + v if turn else x)
+                used = row[fixed]
+                motion = np.linalg.lstsq(used.T @ used, used.T @ step[fixed], 1e-10)[0]
+                if turn and np.abs(motion).max() <= 1e-13 * self.size:
+                    break
+                if turn:
+                    w = motion[3:] / self.size
+                    angle, y = max(float(np.linalg.norm(w)), 1e-300), x + v - self.center
+                    v += motion[:3] + cross(w, y) * (np.sin(angle) / angle) + cross(w, cross(w, y)) * (
+                        2 * np.sin(angle / 2) ** 2 / angle ** 2)
+                else:
+                    v += row @ motion
+            done[nodes] = np.where(fixed, u[nodes], v)
+        return done
+
+    def take(self, time: float, begin: float, u: list[Any], span: float) -> None:
+        """The way to `time` from displacements at the ends of the last increments, the newest first;
+        `span` is the length of the last, 0 if there was none."""
+        x0 = self.run.x0
+        self.ratio = (time - begin) / span if span > 0 else 0.0
+        self.x = x0 + self.carry(u[0], self.run.loads('displacements', time), not self.linear)
+        if span > 0:
+            self.x = self.x + self.ratio * (u[0] - self.carry(u[1], u[0], False))
+
+
+def touch_rows(pair: Pair, step: int, x: Array) -> tuple[Array, Array]:
+    """Places without friction at new points, and the first touch of each node's body; both are no
+    numbers where the file has none; without rows nothing was foreseen."""
+    place, start = np.full_like(x, np.nan), np.full(len(x), np.nan)
+    if 'touch' not in pair.group:
+        return place, start
+    node, value = pair.group['touch_node'], pair.group['touch']
+    begin = np.flatnonzero(node == 0)
+    for i in begin[value[begin, 0] == step][-1:]:
+        rows = slice(i + 1, begin[begin > i].min(initial=len(node)))
+        at = pair.run.place[node[rows]]
+        place[at], start[at] = pair.run.x0[at] + value[rows, :3], value[rows, 3]
+    return place, start
+
+
+def closing(gap: Array, free: Array, none: Any) -> Array:
+    """When a gap closes that goes evenly (10.7)."""
+    with np.errstate(all='ignore'):
+        time = np.where(free >= gap - none, NEVER, gap / (gap - free))
+    return np.where(gap <= none, 0.0, time)
+
+
+def way_before(time: Array, empty: Array, start: Array, ratio: float) -> Array:
+    """The share of its way that a point has made when it closes (10.7), (10.8)."""
+    late = time >= NEVER
+    plain = np.maximum(start, np.where(late, 0.5, np.minimum(1, time)))
+    if ratio <= 0:
+        return plain
+    with np.errstate(all='ignore'):
+        front = np.minimum(1, 1 / (ratio * ((1 + 1 / (ratio * time)) ** (2 / 3) - 1)))
+    return np.where(empty | (time <= 0), plain, 2 / 3 * np.where(late, 0.5, front))
+
+
+def between(old: Array, free: Array, last: Array, start: float, t: float) -> Array:
+    """Places on the way (10.5)."""
+    x = old + min(t, start) * (free - old)
+    return x + (t - start) / (1 - start) * (last - x) if t > start else x
+
+
+def walk(pair: Pair, p: Points, at: Array, host: Array, x: Array, most: int = 50) -> tuple[Array, ...]:
+    """The facets that points come to from others, (xi, eta) there, gaps."""
+    q, s = copy.copy(p), pair.slave(p, at, x)
+    q.host, q.tip = p.host.copy(), np.full_like(p.tip, 1 / 3)
+    q.host[at] = host
+    before, live, rises = np.full(len(at), -1), np.ones(len(at), bool), concave(pair)
+    for step in range(most):
+        xi, gap, _, _ = pair.project(q, at, s, x)
+        if pair.cells or most == 1:
+            break
+        here, n, to = q.host[at], shares(xi), np.full(len(at), -1)
+        for _ in range(3):
+            k = n.argmin(1)
+            out = (n[range(len(at)), k] < -ON_EDGE) & (to < 0)
+            there = np.where(rises[here, k], -1, pair.across[here, k])
+            to = np.where(out, there, to)
+            n[range(len(at)), k] = 1
+        live &= (to >= 0) & (to != before) & ((step == 0) | (to != host))
+        if not live.any():
+            break
+        before = np.where(live, here, before)
+        q.host[at] = np.where(live, to, here)
+    return q.host[at], xi, gap
+
+
+def concave(pair: Pair) -> Array:
+    """Edges of the master that no way leads over: the neighbour rises steeply."""
+    x, (f, k) = pair.run.x0, np.nonzero(pair.across >= 0)
+    rises, there = np.zeros(pair.across.shape, bool), pair.across[f, k]
+    a, b, on = x[pair.facets[f]], x[pair.facets[there]], pair.facets[f, (k + 1) % 3]
+    na, nb = frame_of(a)[:, :, 2], frame_of(b)[:, :, 2]
+    steep = (np.linalg.norm(cross(na, nb), axis=1) >= RISES) | (dot(na, nb) <= 0)
+    rises[f, k] = steep & (np.einsum('nkd,nd->nk', b - x[on][:, None], na).max(1) > 1e-12 * pair.edge)
+    return rises
+
+
+def judge_first(judge: Any, p: Points, at: Array) -> None:
+    """Points that were open begin where their ways meet the surface."""
+    pair, ledger, ways, old, x_old = judge.pair, judge.ledger, judge.motion, judge.old, judge.x_old
+    if pair.smooth or ways is None or ways.x is None or 'touch' not in pair.group:
+        judge_touches(pair, p, at, x_old, judge.x, judge.noise, ledger)
+        return
+    last, start = touch_rows(pair, ledger.step, judge.x)
+    every = p.at
+    body, t1 = ways.body[p.nodes[every, 0]], start[p.nodes[every, 0]]
+    mine, was = np.isin(every, at), old.status > OPEN
+    empty = ~np.isin(body, ways.body[old.nodes[was, 0]])
+    first = p.host[every] if pair.cells else np.where(old.host >= 0, old.host, p.host)[every]
+    f, _, gap = walk(pair, p, every, first, x_old)
+    time = closing(gap, walk(pair, p, every, f, ways.x)[2], 0.25 * judge.noise * pair.edge)
+    for b in np.unique(body[mine]):
+        here = body == b
+        judge_start(judge, t1[here & mine], time[here], time[here & mine], bool(empty[here].all()),
+                    bool(ways.floats[b]))
+    first, time, t1, empty = (v[mine] for v in (first, time, t1, empty))
+    waits, who = t1 >= 0, judge.who(p, at)
+    t = way_before(time, empty, t1, ways.ratio)
+    where, tip, _ = walk(pair, p, at, first, x_old, 1)
+    for a, b in np.unique(np.stack([t1, t], 1)[waits], axis=0):
+        now = waits & (t1 == a) & (t == b)
+        where[now], tip[now], _ = walk(pair, p, at[now], first[now], between(x_old, ways.x, last, a, b))
+    off = np.array([np.abs(c - p.start[i]).max() if f == p.host[i] else min(
+        (np.abs(d - p.start[i]).max() for d in carried(pair, p, f, p.host[i], c, x_old)), default=np.nan)
+        for i, f, c in zip(at, where, tip)])
+    known = np.isfinite(off)
+    ledger.judge('first touch', off, who, 1e3 * judge.noise, known)
+    ledger.leave('first touch', 'over facets whose ways are not in the file', (~known).sum())
+
+
+def judge_start(judge: Any, start: Array, every: Array, closed: Array, empty: bool, floats: bool) -> None:
+    """The first touch of a body is that of one of its points, and of none that closed later."""
+    start = np.unique(start[start >= 0])
+    if not len(start):
+        return
+    want = np.append(every, 1)[np.abs(np.append(every, 1) - start[0]).argmin()]
+    if not empty or floats:
+        want = 0.0
+    elif min(closed.min(), 1) < start[0] - 1e-9:
+        want = closed.min()
+    judge.ledger.judge('first touch', start - want, blur=judge.noise)
