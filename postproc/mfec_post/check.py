@@ -80,7 +80,7 @@ class Proof:
         cut = abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
         self.ways.x = None
         if self.pairs and not cut and self.ways.sure and self.last[0] >= 0:
-            self.ways.take(time, begin, self.last[1], self.last[0])
+            self.ways.take(time, begin, [u, *self.last[1]], self.last[0])
         # what the next increment goes on from
         self.last = (-1.0, [u]) if cut else (time - begin, [u, self.last[1][0]])
         penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))

@@ -15,7 +15,7 @@ from .proof_run import Run, cross, triangle
 CIRCUMFERENTIAL, RADIAL, FIELD = 2, 3, 4
 OPEN, STICK, SLIP = 0, 1, 2
 FIELDS = ('host', 'status', 'traction', 'gap', 'tip', 'lay', 'lay_traction', 'dissipation', 'slip_path',
-          'frictional_slip', 'elastic_slip', 'multiplier')
+          'frictional_slip', 'elastic_slip', 'multiplier', 'place')
 SEGMENTS, MORTAR = -1, -2  # numbers of points in the law
 NEXT, LAST = [1, 2, 0], [2, 0, 1]
 
@@ -67,6 +67,7 @@ class Points:
         self.offset, self.lift = (zero if v is None else v for v in (
             pair.rows(name, k) for name in ('offset', 'lift')))
         self.multiplier: Optional[Array] = take.get('multiplier')
+        self.place: Optional[Array] = take.get('place')
         self.patch = pair.rows('patch', k)
         nodes, self.area, weight = (
             group[name][k] if pair.cells and name in group else group.get(name)

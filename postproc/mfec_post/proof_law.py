@@ -12,7 +12,7 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .proof_cells import judge_cover
+from .proof_cells import judge_clips, judge_cover
 from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, shares, unit
 from .proof_lines import ROUND_OFF, Array, Ledger
 from .proof_paths import carried, over_edge, path_under
@@ -82,6 +82,7 @@ class Judge:
         if pair.cells or p.nodes.shape[1] > 2 and not self.covered_once:
             judge_cover(pair, p, x, ledger)
             self.covered_once = True
+        judge_clips(pair, p, xi, x, ledger)
         closed = p.status[p.at] > OPEN
         self.row = dict.fromkeys(('active', 'stick', 'slip', 'Fn', 'Ft', 'Ft_nodes', 'max_penetration',
                                   'max_elastic_slip', 'max_criterion'), 0.0)

@@ -44,6 +44,8 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
            'multipliers: one a node|multipliers: apexes|multipliers: no gap|'
            'multipliers: open, no penetration'),
     (1e-6, 'points: exact on whole facets'),
+    (1e-5, 'cells: clips of facets'),
+    (1e-4, 'cells: where their points are'),
     # tables and audit
     (1e-9, 'table of reactions|table of contact: lengths'),
     (0.5, 'table of contact: points'),

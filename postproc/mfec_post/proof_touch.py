@@ -3,6 +3,7 @@ they meet, formed anew (doc/theory, "Contact initiation", (10.5) to (10.8))."""
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass
 from typing import Any, Optional
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from .proof_contact import OPEN, Pair, Points, dot, frame_of, shares
 from .proof_lines import Array
 from .proof_paths import carried, judge_touches
-from .proof_run import Run, cross
+from .proof_run import Run, cross, joined
 
 NEVER, ON_EDGE, RISES = 1e300, 1e-7, 0.42
 
@@ -20,17 +21,11 @@ class Ways:
 
     def __init__(self, run: Run, linear: bool):
         self.run, self.linear = run, linear
-        self.body = np.arange(len(run.x0))
-        cells = [c for c in run.corners.values() if len(c)]
-        before = np.zeros_like(self.body)
-        while (before != self.body).any():
-            before = self.body.copy()
-            for c in cells:
-                np.minimum.at(self.body, c, self.body[c].min(1, keepdims=True).repeat(c.shape[1], 1))
-            self.body = self.body[self.body]
-        self.fixed = run.supports[:, :3] > 0
+        self.body = joined(len(run.x0), [c for c in run.corners.values() if len(c)])
+        self.fixed = (run.supports[:, :3] > 0) | (run.body > 0)[:, None]
         free = ~self.fixed & (run.springs <= 0)
-        self.bodies = [np.flatnonzero(self.body == b) for b in np.unique(self.body[self.fixed.any(1)])]
+        moved = np.intersect1d(self.body[self.fixed.any(1)], self.body[~self.fixed.all(1)])
+        self.bodies = [np.flatnonzero(self.body == b) for b in moved]
         self.center = 0.5 * (run.x0.max(0) + run.x0.min(0))
         self.size = float(np.ptp(run.x0, axis=0).max())
         self.floats = np.zeros(len(run.x0), bool)  # what supports and springs leave rigid motions
@@ -38,8 +33,7 @@ class Ways:
             here = self.body == b
             rows = self.rows(run.x0[here])[~free[here]]
             self.floats[here] = np.linalg.matrix_rank(rows, 1e-6 * max(1, np.sqrt(len(rows)))) < 6
-        self.sure = not (len(run.table('rigid', 9)) or run.supports[:, 3].any())
-        self.span = 0.0
+        self.sure = not (run.table('rigid', 9)[:, 3:].any() or run.supports[:, 3].any())
         self.x: Optional[Array] = None
 
     def rows(self, x: Array) -> Array:
@@ -65,22 +59,22 @@ class Ways:
                     break
                 if turn:
                     w = motion[3:] / self.size
-                    angle, y = max(float(np.linalg.norm(w)), 1e-300), x + v - self.center
-                    v += motion[:3] + cross(w, y) * (np.sin(angle) / angle) + cross(w, cross(w, y)) * (
-                        2 * np.sin(angle / 2) ** 2 / angle ** 2)
+                    angle, y = np.linalg.norm(w) / np.pi, x + v - self.center
+                    v += motion[:3] + cross(w, y) * np.sinc(angle) + 0.5 * cross(w, cross(
+                        w, y)) * np.sinc(angle / 2) ** 2
                 else:
                     v += row @ motion
             done[nodes] = np.where(fixed, u[nodes], v)
         return done
 
-    def take(self, time: float, begin: float, u: list[Any], span: float) -> None:
-        """The way to `time` from displacements at the ends of the last increments, the newest first;
-        `span` is the length of the last, 0 if there was none."""
-        x0 = self.run.x0
+    def take(self, time: float, begin: float, u: list[Array], span: float) -> None:
+        """The way to `time`, where displacements are u[0], from those before, the last first; `span` is
+        the length of the last increment, 0 if there was none."""
+        given = np.where((self.run.body > 0)[:, None], u[0], self.run.loads('displacements', time))
         self.ratio = (time - begin) / span if span > 0 else 0.0
-        self.x = x0 + self.carry(u[0], self.run.loads('displacements', time), not self.linear)
+        self.x = self.run.x0 + self.carry(u[1], given, not self.linear)
         if span > 0:
-            self.x = self.x + self.ratio * (u[0] - self.carry(u[1], u[0], False))
+            self.x = self.x + self.ratio * (u[1] - self.carry(u[2], u[1], False))
 
 
 def touch_rows(pair: Pair, step: int, x: Array) -> tuple[Array, Array]:
@@ -116,10 +110,20 @@ def way_before(time: Array, empty: Array, start: Array, ratio: float) -> Array:
     return np.where(empty | (time <= 0), plain, 2 / 3 * np.where(late, 0.5, front))
 
 
-def between(old: Array, free: Array, last: Array, start: float, t: float) -> Array:
-    """Places on the way (10.5)."""
-    x = old + min(t, start) * (free - old)
-    return x + (t - start) / (1 - start) * (last - x) if t > start else x
+@dataclass
+class Moving:
+    """Places of nodes on their ways (10.5), read as an array: each row at a time of its own."""
+    old: Array
+    free: Array
+    last: Array
+    start: Array
+    time: Array
+
+    def __getitem__(self, nodes: Array) -> Array:
+        start, t = self.start[:, None, None], self.time[:, None, None]
+        x = self.old[nodes] + np.minimum(t, start) * (self.free - self.old)[nodes]
+        late = np.maximum(0, t - start) / np.where(start < 1, 1 - start, 1)
+        return np.asarray(np.where(late > 0, x + late * (self.last[nodes] - x), x))
 
 
 def walk(pair: Pair, p: Points, at: Array, host: Array, x: Array, most: int = 50) -> tuple[Array, ...]:
@@ -165,7 +169,9 @@ def judge_first(judge: Any, p: Points, at: Array) -> None:
         judge_touches(pair, p, at, x_old, judge.x, judge.noise, ledger)
         return
     last, start = touch_rows(pair, ledger.step, judge.x)
-    every = p.at
+    lone = ways.body[p.nodes[at, 0]][start[p.nodes[at, 0]] >= 0]
+    lone = np.setdiff1d(lone, ways.body[old.nodes[old.status > OPEN, 0]])  # any of their points may be first
+    every = p.at[np.isin(p.at, at) | np.isin(ways.body[p.nodes[p.at, 0]], lone)]
     body, t1 = ways.body[p.nodes[every, 0]], start[p.nodes[every, 0]]
     mine, was = np.isin(every, at), old.status > OPEN
     empty = ~np.isin(body, ways.body[old.nodes[was, 0]])
@@ -180,9 +186,8 @@ def judge_first(judge: Any, p: Points, at: Array) -> None:
     waits, who = t1 >= 0, judge.who(p, at)
     t = way_before(time, empty, t1, ways.ratio)
     where, tip, _ = walk(pair, p, at, first, x_old, 1)
-    for a, b in np.unique(np.stack([t1, t], 1)[waits], axis=0):
-        now = waits & (t1 == a) & (t == b)
-        where[now], tip[now], _ = walk(pair, p, at[now], first[now], between(x_old, ways.x, last, a, b))
+    way: Any = Moving(x_old, ways.x, last, t1[waits], t[waits])
+    where[waits], tip[waits], _ = walk(pair, p, at[waits], first[waits], way)
     off = np.array([np.abs(c - p.start[i]).max() if f == p.host[i] else min(
         (np.abs(d - p.start[i]).max() for d in carried(pair, p, f, p.host[i], c, x_old)), default=np.nan)
         for i, f, c in zip(at, where, tip)])

@@ -5,6 +5,7 @@ module results_points
   use errors, only: error_t
   use text, only: to_text
   use element_types, only: status_open
+  use friction_return, only: has_friction
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
@@ -68,7 +69,8 @@ contains
       call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], &
         file%blocks, error)
     end do
-    if (.not. allocated(error)) call create_touches(file, group, error)
+    if (.not. allocated(error) .and. any(has_friction(pair%friction%mu))) &
+      call create_touches(file, group, error)
     if (.not. allocated(error)) call write_pair_scene(file, pair, group, error)
   end subroutine create_pair
 

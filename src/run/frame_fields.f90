@@ -195,6 +195,7 @@ contains
     if (pair%segmented) then
       points%node = pair%points%point_nodes
       points%weight = pair%points%point_weights
+      points%place = reshape([(pair%history%cells(p)%place, p=1, n)], [2, n])
       points%facet = merge(pair%history%cells%slave, -1, pair%history%cells%slave > 0)
       points%area = pair%points%area
       points%cell = merge(pair%history%cells%area, 0.0_wp, pair%history%cells%slave > 0)
