@@ -83,9 +83,22 @@ class Proof:
             self.ways.take(time, begin, [u, *self.last[1]], self.last[0])
         # what the next increment goes on from
         self.last = (-1.0, [u]) if cut else (time - begin, [u, self.last[1][0]])
+        self.lay(k, x)
         penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))
         self.tables(reaction, [here for here, _ in sides], x)
         self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p in points))
+
+    def lay(self, k: int, x: Array) -> None:
+        """The axes of mu1 at the nodes of masters: means of those of their facets."""
+        written, own = self.run.field('PointData', 'lay', k), np.zeros_like(x)
+        if written is None or any(pair.smooth or pair.curved.any() for pair in self.pairs):
+            return
+        for pair in self.pairs:
+            if pair.mu[0] != pair.mu[1]:
+                pair.add_lay(x, own)
+        size = np.linalg.norm(own, axis=1, keepdims=True)
+        self.ledger.judge('lay of the nodes', own / np.where(size > 0, size, 1) - written, self.run.numbers,
+                          only=np.isfinite(size[:, 0]))
 
     def stresses(self, k: int, stress: Array) -> None:
         """Stress of the cells, and what is formed from written stresses."""

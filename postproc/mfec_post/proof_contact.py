@@ -5,6 +5,7 @@ flat, quadratic, part of an exact sphere or cylinder, or a patch of smooth surfa
 from __future__ import annotations
 
 import copy
+from types import SimpleNamespace
 from typing import Any, Optional
 
 import numpy as np
@@ -214,6 +215,18 @@ class Pair:
                         for k in range(3)], axis=0)
         c = np.linalg.solve(old, np.asarray(v)[..., None])[:, :2, 0]
         return unit(np.einsum('ni,nid->nd', c, self.where(p, host, xi, x)[1]))
+
+    def add_lay(self, x: Array, mean: Array) -> None:
+        """Adds the axes of the facets at their corners, no numbers where one has none; the first counts
+        where they disagree about its sign."""
+        probe: Any = SimpleNamespace(host=np.arange(len(self.facets)), patch=None)
+        corners = x[self.facets]
+        axes = np.stack([self.lay_of(probe, probe.host, np.full((len(corners), 2), place), frame_of(
+            corners)[:, :, 2], corners[:, k], x) for k, place in enumerate(np.eye(3)[:, :2])], 1)
+        axes[~(np.linalg.norm(axes, axis=2) > 0.5)] = np.nan
+        for nodes, three in zip(self.facets, axes):
+            for n, axis in zip(nodes, three):
+                mean[n] += -axis if mean[n] @ axis < 0 else axis
 
     def forces(self, p: Points, x: Array) -> tuple[Array, Array]:
         """Forces of the points on all nodes: on the slave's, and on the master's at the apexes

@@ -179,11 +179,11 @@ class Judge:
                      who, blur, sure)
         ledger.judge('pressure, no tension', np.maximum(0, dot(force, e)) / largest, who, self.noise, sure)
         along = g - dot(g, e)[:, None] * e
+        if p.elastic is not None and not pair.bent:
+            ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at]) / edge, who,
+                         self.noise, sure)
         if plain:
             ledger.judge('closed: no gap', np.maximum(0, gap) / edge, who, only=sure)
-            if p.elastic is not None and not pair.bent:
-                ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at]) / edge, who,
-                             self.noise, sure)
         # the law of friction knows the pressure of the depth: on curved facets a little more than the
         # force has, where multipliers stand in for a stiff penalty somewhere between
         depth, normal = p.lay_force[at, 2], -dot(force, e)
