@@ -24,7 +24,8 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
     # contact, each point
     (1e-11, 'contact: action, reaction|contact: no moment'),
     (1e-12, 'open points: no force|stick: the apex rests|penalty of the deck'),
-    (1e-9, 'open points: no penetration|open points: apex below|gap|lay|lay of the nodes|forces along the lay|elastic slip|'
+    (1e-9, 'open points: no penetration|open points: apex below|gap|lay|lay of the nodes|'
+           'forces along the lay|elastic slip|'
            'pressure of the depth|patches of SMOOth|height over slave facets'),
     (1e-10, 'closed: no gap'),
     (1e-4, 'apex inside its facet'),
