@@ -1,11 +1,11 @@
 !> The ways of the apexes of friction cones over the master: what friction works on.
 module apex_ways
   use kinds, only: wp
-  use quadratic_facet, only: place_on_quadratic, facet_flat
-  use elmlib, only: routine_smooth, facet_of_routine
+  use quadratic_facet, only: place_on_quadratic, facet_flat, facet_of_routine
+  use element_types, only: routine_smooth
   use element_lists, only: element_list_t, master_nodes
   use smooth_patch, only: patch_t, patch_point_t, patch_from_values, patch_at, patch_frame
-  use elmt04, only: d04_patch, d04_size
+  use element_parameters, only: d04_patch, n_parameters
   implicit none
   private
   public :: way_of_apex
@@ -28,7 +28,7 @@ contains
             - place_on_quadratic(facet, list%h1(:, element), kind)
         end associate
       else if (list%routine(element) == routine_smooth) then
-        way = patch_way(list%d(d04_patch:d04_size, element), x(:, nodes), &
+        way = patch_way(list%d(d04_patch:n_parameters, element), x(:, nodes), &
           list%h1(:, element), list%h2(:, element))
       else
         dxi = list%h2(:, element) - list%h1(:, element)

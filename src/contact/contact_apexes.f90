@@ -2,7 +2,8 @@
 module contact_apexes
   use kinds, only: wp
   use element_types, only: element_t, task_residual
-  use elmlib, only: element_routine, n_parameters
+  use elmlib, only: element_routine
+  use element_parameters, only: n_parameters
   use contact_types, only: pair_t, contact_point_t, status_open
   use contact_points, only: point_position
   use contact_overlap, only: withheld_gap

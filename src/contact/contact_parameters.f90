@@ -1,11 +1,10 @@
 !> Parameters d of the contact element of one point of a pair.
 module contact_parameters
   use kinds, only: wp, pi
-  use elmlib, only: n_parameters
+  use element_parameters, only: n_parameters, d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, &
+    d03_axis_kind, d03_axis, d03_turn, d03_place, axis_convected, axis_space_fixed, &
+    axis_circumferential, axis_radial, d04_patch
   use friction_laws, only: any_acts
-  use elmt03, only: d03_epsilon, d03_mu, d03_law, d03_area, d03_rule, d03_axis_kind, d03_axis, &
-    d03_turn, d03_place, axis_convected, axis_space_fixed, axis_circumferential, axis_radial
-  use elmt04, only: d04_patch, d04_size
   use contact_types, only: pair_t, contact_point_t, penalty_own, direction_circumferential, &
     direction_radial, direction_field
   implicit none
@@ -41,7 +40,7 @@ contains
     real(wp) :: d(n_parameters)
 
     d = 0.0_wp
-    if (pair%smooth) d(d04_patch:d04_size) = pair%surface%patch(:, facet)
+    if (pair%smooth) d(d04_patch:n_parameters) = pair%surface%patch(:, facet)
     d(d03_epsilon) = pair%history%raise*pair%points%epsilon(p)
     d(d03_mu:d03_mu + 1) = pair%friction%mu
     d(d03_law:d03_area - 1) = pair%law

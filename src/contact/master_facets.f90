@@ -3,9 +3,8 @@ module master_facets
   use kinds, only: wp
   use contact_types, only: pair_t
   use facet_geometry, only: corners, barycentric, facet_normal
-  use elmlib, only: routine_mfec, routine_smooth, routine_quadratic, routine_round, &
-    facet_of_routine
-  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_weights
+  use element_types, only: routine_mfec, routine_smooth, routine_quadratic, routine_round
+  use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_weights, facet_of_routine
   use vectors, only: cross
   implicit none
   private

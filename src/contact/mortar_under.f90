@@ -5,7 +5,7 @@ module mortar_under
   use contact_types, only: pair_t
   use contact_parameters, only: point_parameters
   use contact_points, only: point_position
-  use elmlib, only: n_parameters
+  use element_parameters, only: n_parameters
   use facet_geometry, only: corners, facet_normal, project_on_facet, barycentric
   use friction_axes, only: axes_t, find_axes
   use master_facets, only: is_quadratic, facet_kind, all_nodes, all_corners

@@ -4,7 +4,7 @@ module surface_lay
   use vectors, only: cross
   use friction_axes, only: axes_t, find_axes
   use contact_parameters, only: point_parameters
-  use elmlib, only: n_parameters
+  use element_parameters, only: n_parameters
   use contact_types, only: pair_t
   implicit none
   private

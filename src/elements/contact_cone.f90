@@ -3,7 +3,7 @@
 module contact_cone
   use kinds, only: wp
   use element_types, only: element_t, status_open
-  use friction_axes, only: d03_epsilon, d03_mu, d03_rule, d03_law, d03_area
+  use element_parameters, only: d03_epsilon, d03_mu, d03_rule, d03_law, d03_area
   use law_types, only: cone_state_t
   use friction_laws, only: friction_point
   use friction_return, only: return_t, has_friction

@@ -2,10 +2,10 @@
 module element_lists
   use kinds, only: wp
   use threads, only: worth_threads
-  use element_types, only: max_slaves, n_element_history
+  use element_types, only: max_slaves, n_element_history, routine_none
   use law_types, only: bulk_law_t
   use solid_types, only: n_solid_parameters
-  use elmlib, only: n_parameters, routine_none
+  use element_parameters, only: n_parameters
   implicit none
   private
   public :: node_list_t, bulk_list_t, volume_list_t, element_list_t, allocate_bulk, &

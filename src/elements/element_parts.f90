@@ -5,7 +5,7 @@
 module element_parts
   use kinds, only: wp
   use element_lists, only: node_list_t
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   implicit none
   private
   public :: part_nodes, elements_of_part

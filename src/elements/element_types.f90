@@ -1,4 +1,5 @@
-!> The local data of one element, and the tasks an element routine can be told to do.
+!> The local data of one element, the numbers of the element routines, and the tasks that these can
+!! be told to do.
 !!
 !! The names are FEAP's: `ix` nodes, `xl` coordinates, `ul` displacements, `s` matrix, `r` vector,
 !! `h1` and `h2` history at the last converged and at the current state, `d` parameters.
@@ -8,6 +9,8 @@ module element_types
   private
   public :: element_t, task_tangent, task_stick_tangent, task_residual, task_stress
   public :: task_shift_tangent, task_stick_shift_tangent, task_reach
+  public :: routine_none, routine_t4, routine_small, routine_mfec, routine_smooth, routine_finite, &
+    routine_quadratic, routine_round
   public :: status_off, status_open, status_stick, status_slip
   public :: make_room, max_slaves, max_dofs, n_element_history, n_element_stress
 
@@ -22,6 +25,16 @@ module element_types
   integer, parameter :: task_shift_tangent = 9
   integer, parameter :: task_stick_shift_tangent = 10 !! the same of an element that sticks
   integer, parameter :: task_reach = 11 !! how far a bulk element can go along a way
+
+  !> Numbers of the element routines: elmlib calls them by these.
+  integer, parameter :: routine_none = 0 !! an element that takes no part
+  integer, parameter :: routine_t4 = 1 !! linear tetrahedron, small strain
+  integer, parameter :: routine_small = 2 !! tetrahedron of any shape, small strain
+  integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
+  integer, parameter :: routine_smooth = 4 !! the same on a curved patch with continuous normals
+  integer, parameter :: routine_finite = 5 !! tetrahedron of any shape, finite strain
+  integer, parameter :: routine_quadratic = 6 !! contact on a facet of six nodes
+  integer, parameter :: routine_round = 7 !! contact on a part of a sphere or cylinder
 
   !> Status of a contact point. Off: no facet lies under it.
   integer, parameter :: status_off = -1

@@ -1,48 +1,23 @@
 !> The element library: the number of an element routine leads to the routine.
 !!
-!! A new element is one file and one line here.
+!! A new element is one file, its number in element_types and one line here.
 module elmlib
   use kinds, only: wp
-  use element_types, only: element_t
+  use element_types, only: element_t, routine_t4, routine_small, routine_mfec, routine_smooth, &
+    routine_finite, routine_quadratic, routine_round
   use solid_types, only: solid_t
   use elmt01, only: elmt01_t4
   use elmt02, only: elmt02_small
   use elmt03, only: elmt03_mfec
-  use elmt04, only: elmt04_smooth, d04_size
+  use elmt04, only: elmt04_smooth
   use elmt05, only: elmt05_finite
   use elmt06, only: elmt06_quadratic
-  use quadratic_facet, only: facet_flat, facet_bent, facet_round
+  use quadratic_facet, only: facet_of_routine
   implicit none
   private
-  public :: element_routine, solid_routine, routine_none, routine_t4, routine_small, routine_mfec, &
-    routine_smooth, routine_finite, routine_quadratic, routine_round, n_parameters, &
-    facet_of_routine
-
-  integer, parameter :: routine_none = 0 !! an element that takes no part
-  integer, parameter :: routine_t4 = 1 !! linear tetrahedron, small strain
-  integer, parameter :: routine_small = 2 !! tetrahedron of any shape, small strain
-  integer, parameter :: routine_mfec = 3 !! contact: moving friction elliptical cone
-  integer, parameter :: routine_smooth = 4 !! the same on a curved patch with continuous normals
-  integer, parameter :: routine_finite = 5 !! tetrahedron of any shape, finite strain
-  integer, parameter :: routine_quadratic = 6 !! contact on a facet of six nodes
-  integer, parameter :: routine_round = 7 !! contact on a part of a sphere or cylinder
-  integer, parameter :: n_parameters = d04_size !! room for the parameters d of contact elements
+  public :: element_routine, solid_routine
 
 contains
-
-  !> What kind of facet a contact element has: flat (patches too), bent or round.
-  elemental integer function facet_of_routine(number) result(kind)
-    integer, intent(in) :: number !! which routine
-
-    select case (number)
-    case (routine_quadratic)
-      kind = facet_bent
-    case (routine_round)
-      kind = facet_round
-    case default
-      kind = facet_flat
-    end select
-  end function facet_of_routine
 
   !> Calls the routine of a contact element.
   pure subroutine element_routine(number, task, d, e)

@@ -18,16 +18,12 @@ module elmt03
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open, status_stick, &
     status_slip
   use slave_points, only: positions, spread_element
-  use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_epsilon, d03_mu, d03_rule, &
-    d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, d03_area, d03_size, axis_convected, &
-    axis_space_fixed, axis_circumferential, axis_radial
+  use friction_axes, only: axes_t, find_axes, turn_of_axes
+  use element_parameters, only: d03_epsilon
   use contact_cone, only: gap_operator, contact_cone_t, leave_open, map_friction, report_point
   implicit none
   private
   public :: elmt03_mfec
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, &
-    d03_area, d03_size
-  public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
 
   !> The facet and the gap at the current positions.
   type, extends(contact_cone_t) :: cone_t
@@ -44,7 +40,7 @@ contains
   !> Does one task for one element.
   pure subroutine elmt03_mfec(task, d, e)
     integer, intent(in) :: task !! one of the tasks of element_types
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
     real(wp) :: x(3, 4)
@@ -124,7 +120,7 @@ contains
 
   !> Principal axes p1, p2 = e x p1 and how they turn with the facet.
   pure subroutine principal_axes(d, c)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(cone_t), intent(inout) :: c !! facet and gap; gets p and axes
 
     call find_axes(d, c%a1, c%a2, c%e, c%xi, c%slave, c%axes)
@@ -133,7 +129,7 @@ contains
 
   !> Stick or slip: the mapped gap and the new apex.
   pure subroutine move_cone(d, c, e)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(cone_t), intent(inout) :: c !! facet and gap; gets back, g_new, apex
     type(element_t), intent(inout) :: e !! gets status, h2, slip
     real(wp) :: s(2), s_new(3)
@@ -171,7 +167,7 @@ contains
 
   !> Consistent tangent: symmetric in stick, unsymmetric in slip.
   pure subroutine tangent(d, c, e)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(cone_t), intent(in) :: c !! cone at its new apex
     type(element_t), intent(inout) :: e !! gets s
     real(wp) :: b(3, 12), dg(3, 12), g(3, 12), apex(2), ways(3)

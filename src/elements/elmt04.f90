@@ -11,30 +11,27 @@ module elmt04
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
-  use friction_axes, only: d03_epsilon, d03_size, axis_convected, axis_circumferential, &
-    axis_radial
-  use smooth_patch, only: patch_point_t, patch_at, patch_from_values, n_patch_values, flat_patch, &
+  use element_parameters, only: d03_epsilon, d04_patch, n_parameters, axis_convected, &
+    axis_circumferential, axis_radial
+  use smooth_patch, only: patch_point_t, patch_at, patch_from_values, flat_patch, &
     normal_curvature
   use patch_cone, only: cone_t, place_cone, principal_axes, frame_operator, shift_derivative, &
     hold_apex, solve_ways, ways_of_apex, frame_of, mapped_ways
   implicit none
   private
-  public :: elmt04_smooth, d04_patch, d04_size
-
-  integer, parameter :: d04_patch = d03_size + 1 !! place of the patch in d
-  integer, parameter :: d04_size = d03_size + n_patch_values !! length of d
+  public :: elmt04_smooth
 
 contains
 
   !> Does one task for one element.
   pure subroutine elmt04_smooth(task, d, e)
     integer, intent(in) :: task !! one of the tasks of element_types
-    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(inout) :: e !! local data
     type(cone_t) :: c
     logical :: found, stays
 
-    c%patch = patch_from_values(d(d04_patch:d04_size))
+    c%patch = patch_from_values(d(d04_patch:n_parameters))
     call make_room(task, e)
     call place_cone(d, e, c, found)
     if (.not. found) then

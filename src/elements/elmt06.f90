@@ -12,7 +12,7 @@ module elmt06
     task_stress, task_shift_tangent, task_stick_shift_tangent, status_open
   use slave_points, only: spread_element
   use contact_cone, only: report_point
-  use friction_axes, only: d03_epsilon, axis_convected, axis_circumferential, axis_radial
+  use element_parameters, only: d03_epsilon, axis_convected, axis_circumferential, axis_radial
   use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_flat
   use patch_cone, only: shift_derivative, hold_apex, ways_of_apex, frame_of, mapped_ways
   use facet_cone, only: facet_cone_t, place_on_facet, place_axes, along_facet
@@ -28,7 +28,7 @@ contains
   pure subroutine elmt06_quadratic(task, shape, d, e)
     integer, intent(in) :: task !! one of the tasks of element_types
     integer, intent(in) :: shape !! facet_bent or facet_round
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(inout) :: e !! local data
     type(facet_cone_t) :: c
     logical :: found, stays

@@ -31,7 +31,7 @@ contains
 
   !> Projection, gap, and stick or slip; `found` is false where the facet gives no answer.
   pure subroutine place_on_facet(d, e, c, found)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(inout) :: e !! gets status, h2, slip
     type(facet_cone_t), intent(inout) :: c !! shape given; gets all else
     logical, intent(out) :: found !! the facet has an answer
@@ -67,7 +67,7 @@ contains
   !> Principal axes of friction. A lay that is carried with the facet goes with the tangents at the
   !! projection.
   pure subroutine place_axes(d, c)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(facet_cone_t), intent(inout) :: c !! gets all of the axes
     real(wp) :: corners(3, 3)
 

@@ -1,30 +1,12 @@
-!> The principal axes of friction of the contact element, and the places of its parameters.
+!> The principal axes of friction of the contact element.
 module friction_axes
   use kinds, only: wp
   use vectors, only: cross, length
-  use friction_laws, only: n_law_values
+  use element_parameters, only: d03_axis_kind, d03_axis, d03_turn, d03_place, axis_convected, &
+    axis_space_fixed, axis_circumferential, axis_radial
   implicit none
   private
   public :: axes_t, find_axes, turn_of_axes, direction_in_space
-  public :: d03_epsilon, d03_mu, d03_rule, d03_axis_kind, d03_axis, d03_turn, d03_place, d03_law, &
-    d03_area, d03_size
-  public :: axis_convected, axis_space_fixed, axis_circumferential, axis_radial
-
-  integer, parameter :: d03_epsilon = 1 !! place of the penalty in d [force/length]
-  integer, parameter :: d03_mu = 2 !! mu1, mu2
-  integer, parameter :: d03_rule = 4 !! slip rule m
-  integer, parameter :: d03_axis_kind = 5 !! one of the kinds below
-  integer, parameter :: d03_axis = 6 !! vector or axis (3); or c1, c2 of p = c1 a1 + c2 a2
-  integer, parameter :: d03_turn = 9 !! cosine and sine of the turn about the normal (space-fixed)
-  integer, parameter :: d03_place = 11 !! point of the axis (3); or dc/dxi (2), dc/deta (2)
-  integer, parameter :: d03_law = 15 !! values of the laws that change the cone (n_law_values)
-  integer, parameter :: d03_area = d03_law + n_law_values !! reference area of the point [length^2]
-  integer, parameter :: d03_size = d03_area !! length of d
-
-  integer, parameter :: axis_convected = 0 !! the axis is carried with the facet
-  integer, parameter :: axis_space_fixed = 1 !! a fixed vector is projected on the facet
-  integer, parameter :: axis_circumferential = 2 !! the direction around a fixed axis is projected
-  integer, parameter :: axis_radial = 3 !! the direction away from a fixed axis is projected
 
   !> Projected vectors shorter than this share of the vector count as normal to the facet.
   real(wp), parameter :: shortest_projection = 1.0e-8_wp
@@ -43,7 +25,7 @@ contains
 
   !> Finds p1, p2 = e x p1 and what turns them (doc/theory, "Friction axes", eqs. (3.5), (5.4)).
   pure subroutine find_axes(d, a1, a2, e, xi, slave, axes)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     real(wp), intent(in) :: a1(3) !! x1 - x3 of the facet [length]
     real(wp), intent(in) :: a2(3) !! x2 - x3 [length]
     real(wp), intent(in) :: e(3) !! outward unit normal
@@ -88,7 +70,7 @@ contains
   !> Axes that are carried with the facet: p = c1 a1 + c2 a2, where c may be linear in the place
   !! (xi, eta) of the projection (doc/theory, "Varying lay", eqs. (3.7), (5.5), (5.6)).
   pure subroutine convected_axes(d, a1, a2, e, xi, axes, found)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     real(wp), intent(in) :: a1(3) !! x1 - x3 of the facet [length]
     real(wp), intent(in) :: a2(3) !! x2 - x3 [length]
     real(wp), intent(in) :: e(3) !! outward unit normal
@@ -115,7 +97,7 @@ contains
   !> The direction that is projected on the facet: a fixed one, or that about an axis where the
   !! slave point is.
   pure function direction_in_space(d, slave) result(v)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     real(wp), intent(in) :: slave(3) !! current position of the slave point [length]
     real(wp) :: v(3)
     real(wp) :: arm(3)
@@ -132,7 +114,7 @@ contains
 
   !> Axes along the projection of a direction, turned about the normal.
   pure subroutine space_axes(d, v, p, size_p, e, axes)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     real(wp), intent(in) :: v(3) !! the direction
     real(wp), intent(in) :: p(3) !! its projection, made a unit vector
     real(wp), intent(in) :: size_p !! the length that had

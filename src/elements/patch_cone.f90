@@ -7,8 +7,8 @@ module patch_cone
     status_stick, status_slip
   use slave_points, only: positions
   use contact_cone, only: contact_cone_t, leave_open, map_friction
-  use friction_axes, only: direction_in_space, d03_axis_kind, d03_axis, &
-    d03_turn, d03_place, axis_convected
+  use friction_axes, only: direction_in_space
+  use element_parameters, only: d03_axis_kind, d03_axis, d03_turn, d03_place, axis_convected
   use smooth_patch, only: patch_t, patch_point_t, patch_at, project_in_patch, patch_frame, &
     dual_frame, frame_change
   implicit none
@@ -48,7 +48,7 @@ contains
 
   !> Projection, gap, and stick or slip; `found` is false where the patch gives no answer.
   pure subroutine place_cone(d, e, c, found)
-    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(inout) :: e !! gets status, h2, slip
     type(cone_t), intent(inout) :: c !! patch given; gets all else
     logical, intent(out) :: found !! the patch has an answer
@@ -111,7 +111,7 @@ contains
 
   !> Principal axes p1, p2 = n x p1.
   pure subroutine principal_axes(d, c)
-    real(wp), intent(in) :: d(:) !! (d04_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(cone_t), intent(inout) :: c !! gets all of the axes
     real(wp) :: p(3), turn(2)
 

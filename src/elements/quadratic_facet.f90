@@ -5,11 +5,12 @@
 module quadratic_facet
   use kinds, only: wp
   use vectors, only: cross
+  use element_types, only: routine_quadratic, routine_round
   implicit none
   private
   public :: facet_shapes_t, facet_shapes, facet_weights, projection_t, project_quadratic
   public :: project_on_quadratic, place_on_quadratic
-  public :: facet_flat, facet_bent, facet_round
+  public :: facet_flat, facet_bent, facet_round, facet_of_routine
 
   !> What a facet is: the plane of its corners, the surface through six nodes, or a part of a sphere
   !! or cylinder that cannot be deformed.
@@ -17,8 +18,8 @@ module quadratic_facet
 
   !> Steps of a projection, and how many of them leave the curvature out.
   integer, parameter :: most_facet_steps = 30, first_steps = 2
-  !> A step below this is the last.
-  real(wp), parameter :: last_facet_step = 1.0e-12_wp
+  !> A step below this is the last: Newton's method leaves its square.
+  real(wp), parameter :: last_facet_step = 1.0e-8_wp
   !> A projection further outside, in shape functions of the corners, is none.
   real(wp), parameter :: outermost_shape = 2.0_wp
   !> The curvature may take this share of the metric: beyond it the point is near the centre of a
@@ -50,6 +51,20 @@ module quadratic_facet
   end type projection_t
 
 contains
+
+  !> What kind of facet a contact element has: flat (patches too), bent or round.
+  elemental integer function facet_of_routine(number) result(kind)
+    integer, intent(in) :: number !! which routine
+
+    select case (number)
+    case (routine_quadratic)
+      kind = facet_bent
+    case (routine_round)
+      kind = facet_round
+    case default
+      kind = facet_flat
+    end select
+  end function facet_of_routine
 
   !> Shape functions of six nodes, or those of the corners alone if the facet is taken as flat.
   pure type(facet_shapes_t) function facet_shapes(xi, kind, x) result(s)
@@ -133,7 +148,10 @@ contains
     integer :: i
 
     p%xi = flat_place(x, y)
-    if (kind /= facet_round) surface = polynomial_of(x, kind)
+    if (kind /= facet_round) then
+      surface = polynomial_of(x, kind)
+      p%bent = surface%bent
+    end if
     do i = 1, most_facet_steps
       call look_at_place(x, kind, surface, y, p, d)
       metric = metric_of(p%t)
@@ -168,9 +186,10 @@ contains
     integer, intent(in) :: kind !! flat, bent or round
     type(polynomial_t), intent(in) :: surface !! unless it is round
     real(wp), intent(in) :: y(3) !! the point [length]
-    type(projection_t), intent(inout) :: p !! xi given; gets t, bent
+    type(projection_t), intent(inout) :: p !! xi and, unless it is round, bent given; gets t, bent
     real(wp), intent(out) :: d(3) !! from the surface to the point [length]
     type(facet_shapes_t) :: s
+    integer :: k
 
     if (kind == facet_round) then
       s = facet_shapes(p%xi, kind, x)
@@ -179,11 +198,14 @@ contains
       p%bent = matmul(x, s%dd)
       return
     end if
-    p%bent = surface%bent
-    p%t(:, 1) = surface%slope(:, 1) + p%xi(1)*p%bent(:, 1) + p%xi(2)*p%bent(:, 3)
-    p%t(:, 2) = surface%slope(:, 2) + p%xi(2)*p%bent(:, 2) + p%xi(1)*p%bent(:, 3)
-    d = y - x(:, 3) - 0.5_wp*(p%xi(1)*(surface%slope(:, 1) + p%t(:, 1)) &
-      + p%xi(2)*(surface%slope(:, 2) + p%t(:, 2)))
+    associate (xi => p%xi(1), eta => p%xi(2))
+      do k = 1, 3
+        p%t(k, 1) = surface%slope(k, 1) + xi*surface%bent(k, 1) + eta*surface%bent(k, 3)
+        p%t(k, 2) = surface%slope(k, 2) + eta*surface%bent(k, 2) + xi*surface%bent(k, 3)
+        d(k) = y(k) - x(k, 3) - 0.5_wp*(xi*(surface%slope(k, 1) + p%t(k, 1)) &
+          + eta*(surface%slope(k, 2) + p%t(k, 2)))
+      end do
+    end associate
   end subroutine look_at_place
 
   !> A facet by its slopes and second derivatives: those of the shape functions of `facet_shapes`.

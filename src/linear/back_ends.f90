@@ -1,5 +1,5 @@
-!> What Newton's method wants of a program that solves with a whole matrix: one abstract type, and
-!! the outcomes of its calls.
+!> What Newton's method wants of a program that solves with a whole matrix: one abstract type, the
+!! outcomes of its calls, and the list of such programs that a run has started.
 module back_ends
   use kinds, only: wp
   use costs, only: cost_t
@@ -7,8 +7,20 @@ module back_ends
   use csc_matrix, only: csc_matrix_t
   implicit none
   private
-  public :: back_end_t, nodal_back_end_t, nodes_t, solver_words_t
+  public :: back_end_t, nodal_back_end_t, linear_solver_t, nodes_t, solver_words_t
+  public :: n_back_ends, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
+    solver_petsc, solver_reduced
   public :: solver_done, solver_singular, solver_out_of_memory, solver_failed, solver_not_definite
+
+  !> The back ends for the whole matrix, in the order of engines, and what SOLVer and --solver ask
+  !! for beside them.
+  integer, parameter :: solver_umfpack = 1
+  integer, parameter :: solver_cholmod = 2
+  integer, parameter :: solver_petsc = 3
+  integer, parameter :: n_back_ends = 3
+  integer, parameter :: solver_unknown = -1
+  integer, parameter :: solver_auto = 0
+  integer, parameter :: solver_reduced = n_back_ends + 1
 
   !> Outcomes.
   integer, parameter :: solver_done = 0
@@ -57,6 +69,26 @@ module back_ends
     procedure(tell_nodes), deferred :: has_bulk !! it keeps the bulk's share, which came apart
     procedure(multiply_nodes), deferred :: multiply !! by that
   end type nodal_back_end_t
+
+  !> One back end, started when it is first needed.
+  type :: engine_t
+    class(back_end_t), allocatable :: is !! it
+  end type engine_t
+
+  !> The back ends; each keeps its analysis while the pattern holds, one of them has the factor.
+  type :: linear_solver_t
+    type(engine_t) :: engine(n_back_ends) !! allocated where one has been needed
+    integer :: alone = solver_unknown !! back end for all matrices; unknown: CHOLMOD for symmetric
+    !! ones, UMFPACK for the others
+    logical :: by_nodes = .false. !! it takes them by describe_matrix
+    real(wp) :: accuracy = 1.0e-10_wp !! residual over right-hand side that the next solve may
+    !! leave, where it iterates
+    integer :: holds = solver_unknown !! back end with the factor, unknown if there is none
+    real(wp) :: granted = 0.0_wp !! largest factor that has been found to fit [byte]
+    real(wp) :: wanted = 0.0_wp !! factor that did not fit [byte]
+    real(wp) :: left = 0.0_wp !! memory that was left for it [byte]
+    logical :: indefinite = .false. !! the last matrix was symmetric, but not positive definite
+  end type linear_solver_t
 
   abstract interface
     !> Takes the matrix.

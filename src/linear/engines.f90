@@ -2,24 +2,21 @@
 !! to another program, mfec-petsc; this one knows its word.
 module engines
   use text, only: upper
-  use back_ends, only: back_end_t, solver_words_t
+  use back_ends, only: back_end_t, solver_words_t, n_back_ends, solver_cholmod, solver_petsc
   use umfpack_solver, only: umfpack_t, umfpack_words
   use cholmod_solver, only: cholmod_t, cholmod_words
   use nodal_engine, only: has_nodal_engine, start_nodal_engine
   implicit none
   private
-  public :: back_end_words, solver_umfpack, solver_cholmod, solver_petsc, has_engine, &
-    start_engine, engine_name
+  public :: back_end_words, has_engine, start_engine, engine_name
 
   type(solver_words_t), parameter :: petsc_words = solver_words_t('PETSc', &
     'iterates; mfec-petsc alone has it', &
     'PETSc, GMRES on multigrid of the bulk and a factor of what contact holds')
 
-  !> All of them, and the places of those that others ask for by name.
-  type(solver_words_t), parameter :: back_end_words(*) = [umfpack_words, cholmod_words, petsc_words]
-  integer, parameter :: solver_umfpack = 1
-  integer, parameter :: solver_cholmod = 2
-  integer, parameter :: solver_petsc = 3
+  !> All of them, in the order of their numbers.
+  type(solver_words_t), parameter :: back_end_words(n_back_ends) = [umfpack_words, cholmod_words, &
+    petsc_words]
 
 contains
 

@@ -10,26 +10,19 @@ module linear_solver
   use costs, only: cost_t
   use csc_matrix, only: csc_matrix_t
   use block_matrix, only: block_matrix_t
-  use back_ends, only: back_end_t, nodal_back_end_t, nodes_t, solver_words_t, solver_done, &
-    solver_out_of_memory, solver_not_definite, solver_singular, solver_failed
-  use engines, only: back_end_words, solver_umfpack, solver_cholmod, solver_petsc, has_engine, &
-    start_engine, engine_name
+  use back_ends, only: linear_solver_t, nodal_back_end_t, nodes_t, solver_words_t, n_back_ends, &
+    solver_unknown, solver_auto, solver_umfpack, solver_cholmod, solver_petsc, solver_reduced, &
+    solver_done, solver_out_of_memory, solver_not_definite, solver_singular, solver_failed
+  use engines, only: back_end_words, has_engine, start_engine, engine_name
   use ranks, only: count_ranks
   use parallel, only: any_rank
   implicit none
   private
-  public :: linear_solver_t, factorise_matrix, solve_system, start_pattern, solver_name, &
-    free_solver, solver_of, solver_list, take_choice, describe_matrix, has_bulk, multiply_taken, &
-    rest_solver, refusal, factor_sign
-  public :: solver_words, solver_unknown, solver_auto, solver_umfpack, solver_cholmod, &
-    solver_petsc, solver_reduced
+  public :: factorise_matrix, solve_system, start_pattern, solver_name, free_solver, solver_of, &
+    solver_list, take_choice, describe_matrix, has_bulk, multiply_taken, rest_solver, refusal, &
+    factor_sign, solver_words
 
-  !> What SOLVer and --solver ask for: the back ends for the whole matrix, in their list's order,
-  !! and what stands before and behind them.
-  integer, parameter :: n_back_ends = size(back_end_words)
-  integer, parameter :: solver_unknown = -1
-  integer, parameter :: solver_auto = 0
-  integer, parameter :: solver_reduced = n_back_ends + 1
+  !> What SOLVer and --solver ask for.
   type(solver_words_t), parameter :: solver_words(0:solver_reduced) = [ &
     solver_words_t('AUTO', 'what the model needs (the default); the log says which', ''), &
     back_end_words, solver_words_t('REDUced', 'works on the contact forces', &
@@ -37,26 +30,6 @@ module linear_solver
 
   !> From this size on a factor is worth several threads of the BLAS [byte].
   real(wp), parameter :: bytes_for_threads = 5.0e7_wp
-
-  !> One back end, started when it is first needed.
-  type :: engine_t
-    class(back_end_t), allocatable :: is !! it
-  end type engine_t
-
-  !> The back ends; each keeps its analysis while the pattern holds, one of them has the factor.
-  type :: linear_solver_t
-    type(engine_t) :: engine(n_back_ends) !! allocated where one has been needed
-    integer :: alone = solver_unknown !! back end for all matrices; unknown: CHOLMOD for symmetric
-    !! ones, UMFPACK for the others
-    logical :: by_nodes = .false. !! it takes them by describe_matrix
-    real(wp) :: accuracy = 1.0e-10_wp !! residual over right-hand side that the next solve may
-    !! leave, where it iterates
-    integer :: holds = solver_unknown !! back end with the factor, unknown if there is none
-    real(wp) :: granted = 0.0_wp !! largest factor that has been found to fit [byte]
-    real(wp) :: wanted = 0.0_wp !! factor that did not fit [byte]
-    real(wp) :: left = 0.0_wp !! memory that was left for it [byte]
-    logical :: indefinite = .false. !! the last matrix was symmetric, but not positive definite
-  end type linear_solver_t
 
 contains
 

@@ -5,7 +5,6 @@ module model_types
   use deck_types, only: location_t
   use text, only: string_t
   use mesh_types, only: mesh_t
-  use bulk_laws, only: linear
   use law_types, only: most_parameters
   use contact_types, only: pair_t
   implicit none
@@ -28,7 +27,7 @@ module model_types
     integer :: number = 0 !! the deck's material number
     character(:), allocatable :: label !! its label, may be empty
     type(location_t) :: at !! where the deck defines it
-    integer :: law = linear !! number of its law in bulk_laws
+    integer :: law = 1 !! number of its law in bulk_laws, of the linear one unless the deck says
     logical :: mean = .false. !! volumetric part on the mean dilatation of an element
     logical :: nodal = .false. !! volumetric part on the dilatation of the nodes
     logical :: mean_asked = .false. !! the deck says whether, or FULL

@@ -10,7 +10,7 @@ module recovery
   use cells, only: tet10
   use mesh_types, only: mesh_t
   use element_lists, only: bulk_list_t
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use solid_types, only: most_points
   use solid_shapes, only: sample_places
   use patch_fits, only: recovery_t, patch_t, begin_patches, fit_patch, find_weights, find_terms, &

@@ -2,13 +2,15 @@
 module batch_run
   use kinds, only: wp
   use errors, only: error_t
-  use costs, only: wall_seconds
+  use costs, only: wall_seconds, begin_cost, end_cost, count_cost, cost_output, cost_fields, &
+    cost_flush
   use solution_settings, only: take_setting
   use newton, only: outcome_open, outcome_stopped, outcome_through, outcome_thrown, outcome_turned
   use accepted_state, only: accept
   use lost_contact, only: look_for_strays
   use parallel, only: any_rank
-  use linear_solver, only: solver_of, solver_auto
+  use linear_solver, only: solver_of
+  use back_ends, only: solver_auto
   use solver_choice, only: ask_for_solver
   use stepping, only: advance, raise_outcome
   use signals, only: stop_requested, begin_writing, end_writing
@@ -289,8 +291,15 @@ contains
       context%sensitivity)
     call keep_touches(context%model, context%touched)
     call begin_writing()
+    call begin_cost(context%system%costs, cost_output)
     call write_row(context%files, context%model, context%system, context%form, context%state, &
       run%increment, context%audit, derivatives, error)
+    if (fields_due(context%model%output, context%state%step)) call count_cost( &
+      context%system%costs, cost_fields, count([context%model%output%field, &
+      context%model%output%contact]))
+    context%system%costs%count(cost_flush) = context%files%results%file%flushes + &
+      context%files%surfaces%file%flushes
+    call end_cost(context%system%costs, cost_output)
     if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%state, derivatives, error)
     call end_writing()

@@ -3,13 +3,11 @@ module batch_tangent
   use kinds, only: wp
   use errors, only: error_t
   use text, only: to_text
-  use signals, only: stop_requested
-  use parallel, only: any_rank
-  use newton, only: newton_t, iterate, is_converged, outcome_going_on, outcome_stopped
+  use newton, only: newton_t, iterate, is_converged, outcome_going_on
   use increment_start, only: take_overlaps, begin_at, choose_start
   use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
-  use residuals, only: estimate_round_off, form_residual, residual_norm
+  use residuals, only: round_off_of, form_residual, residual_norm
   use solver_choice, only: choose_solver
   use stepping, only: raise_outcome
   use augmentation, only: augmentation_t
@@ -18,6 +16,7 @@ module batch_tangent
   use batch_position, only: is_passing
   use run_context, only: context_t
   use run_progress, only: run_state_t
+  use newton_progress, only: heed_stop
   implicit none
   private
   public :: prepare, run_tangent, run_form, run_back
@@ -78,10 +77,10 @@ contains
     if (run%converged) return
     associate (model => context%model, system => context%system, form => context%form, state => &
       context%state, monitor => context%monitor)
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       call iterate(model, system, form, run%pending_time, run%settings, monitor, run%progress)
       if (run%progress%outcome == outcome_going_on) then
-        if (any_rank(stop_requested())) run%progress%outcome = outcome_stopped
+        call heed_stop(run%progress)
       end if
       if (run%progress%outcome /= outcome_going_on) then
         call raise_outcome(model, system, form, state, run%progress, run%pending_time, .false., &
@@ -89,7 +88,7 @@ contains
         return
       end if
       ! at the start there may have been nothing to round
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       run%converged = is_converged(system, form, run%settings, run%progress)
       if (.not. run%converged .or. size(model%pairs) == 0) return
       call settle_targets(run, context)
@@ -114,7 +113,7 @@ contains
         call form%kind%couple(system, form)
         call form_residual(system, form, model%mesh%x)
         run%progress%energy_met = .false.
-        call estimate_round_off(system, form, model%mesh%x)
+        system%scale%round_off = round_off_of(system, form, model%mesh%x)
         if (.not. is_converged(system, form, run%settings, run%progress)) return
       end do
     end associate

@@ -9,7 +9,7 @@ module check_report
   use system_building, only: outline_system
   use diagnosis, only: check_supports
   use audit_types, only: check_facets, check_moved, check_locking, verdict_warning
-  use audit, only: begin_audit
+  use scene_audit, only: begin_audit
   use audit_text, only: audit_finding, audit_warning
   use run_context, only: context_t
   use blas_info, only: start_blas

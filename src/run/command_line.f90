@@ -6,7 +6,8 @@ module command_line
   use deck_types, only: override_t
   use errors, only: error_t, raise, exit_deck
   use results_names, only: find_results
-  use linear_solver, only: solver_of, solver_list, solver_unknown, refusal
+  use linear_solver, only: solver_of, solver_list, refusal
+  use back_ends, only: solver_unknown
   use run_log, only: log_normal, log_level
   implicit none
   private

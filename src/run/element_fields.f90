@@ -3,7 +3,7 @@
 module element_fields
   use kinds, only: wp
   use solid_types, only: n_solid_state, n_sample, state_stress, state_strain, d_mean
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use mesh_types, only: mesh_t
   use recovery, only: recovery_t, prepare_recovery, recover_at_nodes
   use system_types, only: system_t, state_t

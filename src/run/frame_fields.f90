@@ -16,7 +16,7 @@ module frame_fields
   use von_mises_stress, only: von_mises
   use result_types, only: frame_t
   use point_fields, only: point_fields_t, has_offset, has_lift
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use element_types, only: status_open
   use touch_types, only: touch_waits
   implicit none

@@ -7,7 +7,8 @@ module mortar_limits
   use command_line, only: options_t
   use batch_types, only: batch_command_t
   use bulk_laws, only: laws
-  use linear_solver, only: solver_unknown, solver_auto, solver_reduced, solver_of
+  use linear_solver, only: solver_of
+  use back_ends, only: solver_unknown, solver_auto, solver_reduced
   use model_types, only: model_t
   use ranks, only: count_ranks
   implicit none

@@ -12,8 +12,8 @@ module restored_balance
   use mortar_types, only: mortar_t
   use mortar_history, only: add_forces
   use mortar_points, only: weigh_pair
-  use elmlib, only: routine_none
-  use residuals, only: form_residual, residual_norm, estimate_round_off
+  use element_types, only: routine_none
+  use residuals, only: form_residual, residual_norm, round_off_of
   use result_types, only: saved_state_t
   use scene_marks, only: mark_scene, mark_time
   use smooth_normals, only: renew_patches
@@ -102,7 +102,7 @@ contains
     call load_contact(model, system)
     call form_residual(system, form, model%mesh%x)
     call add_multipliers(model, system, form)
-    call estimate_round_off(system, form, model%mesh%x)
+    system%scale%round_off = round_off_of(system, form, model%mesh%x)
   end subroutine form_state
 
   !> With MORTar: the forces of multipliers and of other points, weighed at the state, in the place

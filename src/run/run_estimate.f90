@@ -8,7 +8,7 @@ module run_estimate
   use memory, only: memory_text
   use lapack_interface, only: dpotrf
   use contact_points, only: count_points
-  use linear_solver, only: solver_reduced, solver_umfpack
+  use back_ends, only: solver_reduced, solver_umfpack
   use solver_choice, only: foresee_choice
   use candidates, only: foresee_candidates, dense_share
   use condensed_bodies, only: foresee_body

@@ -6,7 +6,7 @@ module run_files
   use vectors, only: cross
   use errors, only: error_t
   use element_types, only: n_element_stress, status_stick, status_slip, status_open
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use mesh_names, only: find_nodes
   use model_types, only: model_t, state_none
   use contact_points, only: count_points, point_field
@@ -16,7 +16,7 @@ module run_files
   use system_parts, only: contact_places_t
   use audit_types, only: audit_t
   use body_measures, only: lever_ends
-  use costs, only: begin_cost, end_cost, count_cost, cost_output, cost_fields, cost_flush, cost_t
+  use costs, only: cost_t
   use tables, only: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
     write_rows, close_table
@@ -119,7 +119,7 @@ contains
   subroutine write_row(files, model, system, form, state, increment, audit, derivatives, error)
     type(run_files_t), intent(inout) :: files !! open files, fields recovered
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! cost table
+    type(system_t), intent(in) :: system !! the system
     type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
@@ -134,7 +134,6 @@ contains
     row%time = state%time
     if (present(derivatives)) row%derivatives = derivatives
     allocate (row%reactions(3, size(model%output%reactions)), row%pairs(size(model%pairs)))
-    call begin_cost(system%costs, cost_output)
     do k = 1, size(model%output%reactions)
       if (state%whole) then
         row%reactions(:, k) = reaction_of(model, state, model%output%reactions(k)%s)
@@ -158,8 +157,6 @@ contains
       state%step, state%time, row%rigid, error)
     if (.not. allocated(error)) call write_fields(files, model, system, form, state, increment, &
       row, audit, error)
-    system%costs%count(cost_flush) = files%results%file%flushes + files%surfaces%file%flushes
-    call end_cost(system%costs, cost_output)
   end subroutine write_row
 
   !> Appends the rows of the table of contact points.
@@ -187,7 +184,7 @@ contains
   subroutine write_fields(files, model, system, form, state, increment, row, audit, error)
     type(run_files_t), intent(inout) :: files !! open files
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! cost table
+    type(system_t), intent(in) :: system !! the system
     type(form_t), intent(in) :: form !! condensed, its kind
     type(state_t), intent(in) :: state !! the converged state
     real(wp), intent(in) :: increment !! its increment of time
@@ -204,7 +201,6 @@ contains
     end if
     call fill_frame(model, system, state, files%point_state, files%stress, &
       files%strain, files%nodal%values, frame)
-    call count_cost(system%costs, cost_fields, count([model%output%field, model%output%contact]))
     if (model%output%state == state_none) then
       call append_results(files%results, model, row, audit, frame, error=error)
     else

@@ -12,7 +12,7 @@ module saved_states
   use contact_cells, only: begin_cells
   use mortar_types, only: multipliers_of
   use form_choice, only: take_full_form
-  use linear_solver, only: solver_unknown
+  use back_ends, only: solver_unknown
   use result_types, only: saved_state_t
   use results_state, only: save_state
   use state_reader, only: read_state

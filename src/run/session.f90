@@ -27,7 +27,7 @@ module session
   use linear_solver, only: free_solver
   use diagnosis, only: check_supports
   use check_files, only: write_check_files
-  use audit, only: begin_audit
+  use scene_audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
   use run_log, only: log_costs, log_error, log_line, log_warning
   use run_monitor, only: run_monitor_t

@@ -9,8 +9,8 @@ module cone_slopes
   use vectors, only: cross, dyad
   use element_types, only: element_t, status_open, status_stick, status_slip
   use slave_points, only: positions
-  use friction_axes, only: axes_t, find_axes, turn_of_axes, d03_mu, d03_rule, d03_axis_kind, &
-    axis_convected
+  use friction_axes, only: axes_t, find_axes, turn_of_axes
+  use element_parameters, only: d03_mu, d03_rule, d03_axis_kind, axis_convected
   use friction_return, only: return_map, return_t, has_friction, slope_of_cone
   use contact_cone, only: gap_operator
   implicit none
@@ -66,7 +66,7 @@ contains
 
   !> All slopes of one element at its state.
   pure subroutine find_slopes(d, e, slopes)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(in) :: e !! local data: positions, h1, shift
     type(cone_slopes_t), intent(out) :: slopes !! state and slopes
     type(facet_t) :: f
@@ -100,7 +100,7 @@ contains
 
   !> Facet, gap, axes, trial state, and how they move with the nodes.
   pure subroutine look_at_facet(d, e, f)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(in) :: e !! local data
     type(facet_t), intent(out) :: f !! all of it
     real(wp) :: x(3, 4), n(3), size_n, y(3), w(12)
@@ -180,7 +180,7 @@ contains
 
   !> Slip: g' = -rho e + P s', and the apex A (x_S - x_3 - s' + k).
   pure subroutine slide(d, e, f, slopes)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(in) :: e !! local data
     type(facet_t), intent(in) :: f !! facet, mapped state
     type(cone_slopes_t), intent(inout) :: slopes !! gets g, apex and their slopes
@@ -212,7 +212,7 @@ contains
   !> How far the axes turn for a unit of the lay's angle: an axis that is carried with the facet was
   !! turned in the reference facet, p = c1 a1 + c2 a2.
   pure real(wp) function turn_by_angle(d, e, f) result(turn)
-    real(wp), intent(in) :: d(:) !! (d03_size) parameters
+    real(wp), intent(in) :: d(:) !! (n_parameters) parameters
     type(element_t), intent(in) :: e !! local data
     type(facet_t), intent(in) :: f !! facet, axes
     real(wp) :: a(3, 2), n(3), c(2), turned(3), dual(3, 2), size_n

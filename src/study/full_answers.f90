@@ -2,9 +2,8 @@
 !! one right-hand side a parameter (doc/theory, "Sensitivities along the path", eq. (14.3)).
 module full_answers
   use kinds, only: wp
-  use element_types, only: status_open
-  use elmt03, only: d03_epsilon
-  use elmlib, only: routine_none
+  use element_types, only: status_open, routine_none
+  use element_parameters, only: d03_epsilon
   use back_ends, only: solver_done
   use block_matrix, only: multiply
   use mesh_names, only: find_nodes

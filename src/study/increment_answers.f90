@@ -3,7 +3,7 @@
 module increment_answers
   use kinds, only: wp
   use element_types, only: status_open
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use loads, only: load_factor, add_force
   use model_types, only: model_t
   use back_ends, only: solver_done

@@ -3,8 +3,7 @@
 !! path").
 module increment_elements
   use kinds, only: wp
-  use element_types, only: element_t, status_open
-  use elmlib, only: routine_none
+  use element_types, only: element_t, status_open, routine_none
   use model_types, only: model_t
   use contact_points, only: count_points
   use touch_types, only: touch_known

@@ -2,9 +2,8 @@
 !! its facet (doc/theory, "Sensitivities along the path", eq. (14.4)).
 module multiplier_slopes
   use kinds, only: wp
-  use element_types, only: status_open
-  use elmlib, only: routine_none
-  use elmt03, only: d03_epsilon
+  use element_types, only: status_open, routine_none
+  use element_parameters, only: d03_epsilon
   use model_types, only: model_t
   use contact_points, only: count_points
   use contact_parameters, only: shifts_gap

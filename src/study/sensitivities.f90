@@ -3,9 +3,8 @@
 !! the path", eq. (14.1)).
 module sensitivities
   use kinds, only: wp
-  use element_types, only: status_open
-  use elmlib, only: routine_none
-  use elmt03, only: d03_epsilon
+  use element_types, only: status_open, routine_none
+  use element_parameters, only: d03_epsilon
   use loads, only: load_factor, add_displacement
   use model_types, only: model_t
   use contact_points, only: count_points

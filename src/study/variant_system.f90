@@ -2,8 +2,7 @@
 !! reactions of its supports (doc/theory, "Variants of a run").
 module variant_system
   use kinds, only: wp
-  use element_types, only: status_off
-  use elmlib, only: routine_none
+  use element_types, only: status_off, routine_none
   use model_types, only: model_t
   use loads, only: conditions_at
   use contact_overlap, only: measure_overlap

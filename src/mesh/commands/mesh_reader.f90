@@ -3,12 +3,9 @@ module mesh_reader
   use errors, only: error_t
   use deck_types, only: deck_t
   use deck_losses, only: is_whole, lost_names
-  use text, only: to_text, count_noun
-  use cells, only: tet4, most_nodes
-  use diagnostics, only: diagnostics_t, report_error, report_note, error_count
-  use facets, only: facet_table_t, exterior_facets
-  use key_sorting, only: sort_columns, ascending, unique_numbers
-  use mesh_types, only: mesh_t, facet_field_t
+  use diagnostics, only: diagnostics_t, report_error, error_count
+  use facets, only: facet_table_t
+  use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t, start_mesh, finish_mesh
   use curved_checks, only: check_curved
   use edge_checks, only: check_edges
@@ -18,7 +15,7 @@ module mesh_reader
   use block_reader, only: read_block
   use transform_reader, only: read_transform
   use brick_cutting, only: check_bricks
-  use tied_nodes, only: has_tie, join_nodes, kept_node
+  use tied_nodes, only: has_tie, join_nodes, kept_node, tie_names, note_gaps, refuse_halves
   use mesh_file_reader, only: read_mesh_file
   use file_surfaces, only: surface_draft_t
   use rigid_surfaces, only: is_exact, read_exact_surface
@@ -107,132 +104,17 @@ contains
     type(mesh_t) :: named
     type(diagnostics_t) :: unheard
     type(facet_table_t) :: unused
-    logical, allocatable :: mask(:)
     integer :: i
 
     named = mesh
     unheard = diagnostics
     call evaluate_parts(deck, .true., unheard, named, drafts, unused)
     call join_nodes(deck, named, diagnostics, mesh)
-    do i = 1, size(mesh%sets)
-      if (size(mesh%sets(i)%nodes) == 0) cycle
-      allocate (mask(mesh%nodes), source=.false.)
-      mask(kept_node(mesh, mesh%sets(i)%nodes)) = .true.
-      mesh%sets(i)%nodes = unique_numbers(mask)
-      deallocate (mask)
-    end do
+    call tie_names(mesh)
     do i = 1, size(drafts)
       if (allocated(drafts(i)%corners)) drafts(i)%corners = kept_node(mesh, drafts(i)%corners)
-    end do
-    do i = 1, size(mesh%fields)
-      call tie_field(mesh, mesh%fields(i))
     end do
     call note_gaps(deck, diagnostics, mesh)
     call refuse_halves(deck, diagnostics, mesh)
   end subroutine tie
-
-  !> Notes facets that lie between joined bodies and have no partner: the mesh gapes there.
-  subroutine note_gaps(deck, diagnostics, mesh)
-    type(deck_t), intent(in) :: deck !! the deck
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    type(mesh_t), intent(in) :: mesh !! the mesh, tied
-    type(facet_table_t) :: table
-    logical :: joined(mesh%nodes)
-    integer :: f, n
-
-    joined = joined_nodes(mesh)
-    call exterior_facets(mesh, table)
-    n = 0
-    do f = 1, table%count
-      if (all(joined(table%corners(:, f)))) n = n + 1
-    end do
-    if (n == 0) return
-    f = findloc(deck%mesh%command, 'tie ', dim=1)
-    call report_note(diagnostics, deck%mesh(f)%head%at, to_text(n)//' facets all of whose '// &
-      'corners TIE has joined have no partner: the bodies are cut along different diagonals '// &
-      'there, and forces pass by their common nodes alone')
-  end subroutine note_gaps
-
-  !> Refuses facets of elements of ten nodes that TIE has joined to such of four: the nodes in the
-  !! middle of their edges would hang there, and the joint would be far too soft.
-  subroutine refuse_halves(deck, diagnostics, mesh)
-    type(deck_t), intent(in) :: deck !! the deck
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors
-    type(mesh_t), intent(in) :: mesh !! the mesh, tied
-    integer, allocatable :: key(:, :), order(:)
-    integer :: f, n, first
-
-    if (all(mesh%ix(most_nodes, :mesh%elements) > 0) .or. &
-      all(mesh%ix(most_nodes, :mesh%elements) == 0)) return
-    call list_joined(mesh, key)
-    call sort_columns(key(:3, :), order)
-    n = 0
-    first = 0
-    do f = 2, size(order)
-      associate (a => key(:, order(f - 1)), b => key(:, order(f)))
-        if (any(a(:3) /= b(:3))) cycle
-        if ((mesh%ix(most_nodes, a(4)) > 0) .eqv. (mesh%ix(most_nodes, b(4)) > 0)) cycle
-        n = n + 1
-        if (first == 0) first = merge(a(4), b(4), mesh%ix(most_nodes, a(4)) > 0)
-      end associate
-    end do
-    if (n == 0) return
-    f = findloc(deck%mesh%command, 'tie ', dim=1)
-    call report_error(diagnostics, deck%mesh(f)%head%at, 'TIE joins '//count_noun(n, 'facet')// &
-      ' of ten-node elements to facets of four-node ones, the first is of element '// &
-      to_text(first), 'the nodes in the middle of its edges would hang there: give both bodies '// &
-      'TET4 or TET10, or join them by a PAIR')
-  end subroutine refuse_halves
-
-  !> The facets all of whose corners TIE has joined to others.
-  subroutine list_joined(mesh, key)
-    type(mesh_t), intent(in) :: mesh !! the mesh, tied
-    integer, allocatable, intent(out) :: key(:, :) !! (4, facets) corners, ascending, and element
-    logical :: joined(mesh%nodes)
-    integer :: pass, e, f, n
-
-    joined = joined_nodes(mesh)
-    do pass = 1, 2
-      n = 0
-      do e = 1, mesh%elements
-        if (count(joined(mesh%ix(:4, e))) < 3) cycle
-        do f = 1, 4
-          associate (corners => mesh%ix(tet4%facet(:3, f), e))
-            if (.not. all(joined(corners))) cycle
-            n = n + 1
-            if (pass == 2) key(:, n) = [ascending(corners), e]
-          end associate
-        end do
-      end do
-      if (pass == 1) allocate (key(4, n))
-    end do
-  end subroutine list_joined
-
-  !> Nodes that TIE has joined others to.
-  pure function joined_nodes(mesh) result(joined)
-    type(mesh_t), intent(in) :: mesh !! the mesh, tied
-    logical :: joined(mesh%nodes)
-    integer :: n
-
-    joined = .false.
-    do n = 1, mesh%nodes
-      if (mesh%tied(n) /= n) joined(mesh%tied(n)) = .true.
-    end do
-  end function joined_nodes
-
-  !> Gives a field of facets the nodes that are kept, in order again.
-  pure subroutine tie_field(mesh, field)
-    type(mesh_t), intent(in) :: mesh !! knows the nodes that are kept
-    type(facet_field_t), intent(inout) :: field !! the field
-    integer, allocatable :: order(:)
-    integer :: k
-
-    do k = 1, size(field%keys, 2)
-      field%keys(:, k) = ascending(kept_node(mesh, field%keys(:, k)))
-    end do
-    call sort_columns(field%keys, order)
-    field%keys = field%keys(:, order)
-    field%vectors = field%vectors(:, order)
-    field%at = field%at(order)
-  end subroutine tie_field
 end module mesh_reader

@@ -3,24 +3,19 @@
 module mesh_file_reader
   use text, only: to_text, count_noun
   use errors, only: error_t
-  use deck_types, only: deck_t, location_t
+  use deck_types, only: deck_t
   use records, only: item_name, item_count
-  use foreign_meshes, only: describe_foreign
-  use source, only: add_file, file_name, beside
+  use source, only: file_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
   use cells, only: mirrored, most_nodes
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element, set_roundings
   use near_places, only: roundings
-  use file_cursor, only: cursor_t
+  use mesh_formats, only: load_file
   use mesh_file_types, only: file_mesh_t
-  use stl_reader, only: is_stl, read_stl
   use tool_surfaces, only: is_tool, place_tool, place_rigid
-  use gmsh_reader, only: read_gmsh, is_gmsh
-  use abaqus_includes, only: join_includes
-  use abaqus_reader, only: read_abaqus
-  use file_mesh_checks, only: file_place_t, check_file_mesh, place_in_file
+  use file_mesh_checks, only: file_place_t, check_file_mesh
   use file_surfaces, only: surface_draft_t
   use file_groups, only: place_groups
   use file_fields, only: place_fields
@@ -67,54 +62,6 @@ contains
     call place_groups(deck, name, place, file, mesh, drafts, diagnostics)
     call place_fields(place, file, mesh, diagnostics)
   end subroutine read_mesh_file
-
-  !> Opens a file, relative to the one that names it, and reads it.
-  subroutine load_file(path, at, file, place, diagnostics, good)
-    character(*), intent(in) :: path !! as the deck has it
-    type(location_t), intent(in) :: at !! where the deck has it
-    type(file_mesh_t), intent(out) :: file !! what the file holds
-    type(file_place_t), intent(out) :: place !! number of the file
-    type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    logical, intent(out) :: good !! it could be read
-    type(cursor_t) :: cursor
-    character(:), allocatable :: problem, remedy, full
-    logical :: is_abaqus
-
-    full = beside(diagnostics%source, at%file, path)
-    call add_file(diagnostics%source, full, problem)
-    is_abaqus = .false.
-    good = .not. allocated(problem)
-    if (.not. good) then
-      call report_error(diagnostics, at, 'cannot read the mesh '''//full//''': '//problem, &
-        'the path is relative to the file that names it')
-      return
-    end if
-    place%file = diagnostics%source%count
-    place%at = at
-    associate (text => diagnostics%source%files(place%file)%text)
-      call describe_foreign(full, text, problem, remedy)
-      if (len(problem) > 0) then
-        call report_error(diagnostics, at, 'the file '//full//' '//problem, remedy)
-        good = .false.
-        return
-      end if
-      if (is_stl(full, text)) then
-        call read_stl(text, file, cursor)
-      else if (is_gmsh(text)) then
-        call read_gmsh(text, file, cursor)
-      else
-        is_abaqus = .true.
-      end if
-    end associate
-    if (is_abaqus) then
-      call join_includes(diagnostics%source, place%file, cursor)
-      if (.not. cursor%failed) call read_abaqus(diagnostics%source%files(place%file)%text, file, &
-        cursor)
-    end if
-    good = .not. cursor%failed
-    if (.not. good) call report_error(diagnostics, place_in_file(diagnostics%source, place%file, &
-      cursor%fault), cursor%what, cursor%remedy)
-  end subroutine load_file
 
   !> Puts nodes and tetrahedra into the mesh and keeps their deck numbers.
   subroutine place_mesh(file, index, place, mesh, origin, diagnostics, good)

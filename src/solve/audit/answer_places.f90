@@ -3,8 +3,8 @@
 module answer_places
   use kinds, only: wp
   use vectors, only: cross
-  use elmlib, only: routine_none, facet_of_routine
-  use quadratic_facet, only: facet_shapes, facet_shapes_t
+  use element_types, only: routine_none
+  use quadratic_facet, only: facet_shapes, facet_shapes_t, facet_of_routine
   use condensed_types, only: condensed_t
   use model_types, only: model_t
   use system_types, only: form_t, system_t

@@ -2,9 +2,8 @@
 !! bears alone, the sign of the tangent, and second starts (doc/theory, "Other answers").
 module answers_audit
   use kinds, only: wp
-  use element_types, only: status_open, status_slip
-  use elmlib, only: routine_none
-  use friction_axes, only: d03_law, d03_area
+  use element_types, only: status_open, status_slip, routine_none
+  use element_parameters, only: d03_law, d03_area
   use friction_laws, only: any_acts
   use linear_solver, only: factor_sign
   use condensed_types, only: condensed_t

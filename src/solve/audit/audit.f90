@@ -3,32 +3,25 @@
 module audit
   use kinds, only: wp
   use element_types, only: status_open
-  use contact_points, only: used_points, point_position
   use contact_overlap, only: overlap_of
-  use smooth_normals, only: project_on_master
-  use facet_ratio, only: slave_over_master, mean_facet
-  use mesh_building, only: model_size
   use model_types, only: model_t
-  use follower_pressure, only: add_pressure_force
-  use increment_start, only: begin_at
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t
   use rigid_report, only: rigid_imbalance
   use balance_audit, only: judge_balance
   use held_bodies, only: supports_of
-  use body_measures, only: measure_bodies, find_balance, lever_ends
-  use body_volumes, only: find_volumes
+  use body_measures, only: find_balance, lever_ends
   use shape_audit, only: judge_turns, judge_volumes
   use audit_sums, only: take_values, compare_balance, add_supports, add_work, energy_by_sums
-  use scene_audit, only: judge_scene, judge_room
+  use scene_audit, only: judge_room
   use edge_audit, only: deepest_edge
   use penalty_audit, only: held_energy, judge_penalty
   use answers_audit, only: judge_answers
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_work, check_strain, &
-    check_rotation, check_penetration, check_elastic_slip, check_room, check_edges, most_lost
+    check_rotation, check_penetration, check_elastic_slip, check_edges, most_lost
   implicit none
   private
-  public :: begin_audit, audit_state
+  public :: audit_state
 
   !> Beyond this share of a facet penetration and elastic slip are worth a warning.
   real(wp), parameter :: most_way = 0.05_wp
@@ -37,63 +30,6 @@ module audit
   real(wp), parameter :: most_edge = 0.1_wp
 
 contains
-
-  !> What stays the same in a run, and what the first end time is compared with.
-  subroutine begin_audit(model, system, state, audit)
-    type(model_t), intent(in) :: model !! the problem, its pairs with their first targets
-    type(system_t), intent(inout) :: system !! just built; u and external are set anew
-    type(state_t), intent(in) :: state !! at rest, or the state restarted from
-    type(audit_t), intent(out) :: audit !! ready for the first end time
-    integer :: k
-
-    call measure_bodies(model%mesh%x, system, audit%fixed%center, audit%fixed%reach, &
-      audit%fixed%spread, audit%fixed%moves)
-    allocate (audit%fixed%volume(system%body%bodies))
-    call find_volumes(model%mesh%x, system, audit%fixed%volume)
-    audit%fixed%model_size = model_size(model%mesh)
-    allocate (audit%fixed%facet(size(model%pairs)), audit%fixed%ratio(size(model%pairs)), &
-      source=0.0_wp)
-    allocate (audit%balance(6, system%body%bodies), source=0.0_wp)
-    allocate (audit%withheld(size(model%pairs)), source=1.0_wp)
-    allocate (audit%shrink(size(model%pairs)), source=0.0_wp)
-    do k = 1, size(model%pairs)
-      audit%fixed%facet(k) = model%pairs(k)%points%cell
-      if (audit%fixed%facet(k) <= 0.0_wp) audit%fixed%facet(k) = mean_facet(model%pairs(k), &
-        model%mesh%x)
-      audit%fixed%ratio(k) = slave_over_master(model%pairs(k), model%mesh%x)
-      if (state%step == 0) audit%sum%work = audit%sum%work + overlap_energy(model, k)
-    end do
-    audit%sum%u = state%u
-    audit%sum%force = state%reaction
-    if (state%step > 0) then
-      call begin_at(model, system, state, state%time)
-      audit%sum%force = audit%sum%force + system%loads%external
-      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system%loads, audit%sum%force)
-      audit%sum%work_known = .false.
-    end if
-    audit%sum%force_before = norm2(audit%sum%force)
-    audit%told(check_room) = .true.
-    call judge_scene(model, audit)
-  end subroutine begin_audit
-
-  !> Energy that the penalty of a pair holds in what overlaps at the start.
-  real(wp) function overlap_energy(model, k) result(energy)
-    type(model_t), intent(in) :: model !! pairs with their first targets
-    integer, intent(in) :: k !! the pair
-    real(wp) :: xi(2), gap
-    integer :: p
-
-    energy = 0.0_wp
-    associate (pair => model%pairs(k), x => model%mesh%x)
-      if (pair%augmented .or. pair%shrinking%shrink >= 0) return
-      do p = 1, used_points(pair)
-        if (pair%history%old(p)%target == 0) cycle
-        call project_on_master(pair, pair%history%old(p)%target, x, point_position(pair, p, x), &
-          xi, gap)
-        if (gap < 0.0_wp) energy = energy + 0.5_wp*pair%points%epsilon(p)*gap**2
-      end do
-    end associate
-  end function overlap_energy
 
   !> Audits the bodies and the contact points of an end time.
   subroutine audit_state(model, system, form, state, settings, point_state, last, audit)

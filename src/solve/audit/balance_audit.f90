@@ -3,8 +3,8 @@ module balance_audit
   use kinds, only: wp, machine_epsilon
   use vectors, only: norm_of, largest_of
   use solution_settings, only: tol_energy, tol_residual
-  use elmlib, only: routine_none, routine_finite
-  use elmt03, only: d03_epsilon
+  use element_types, only: routine_none, routine_finite
+  use element_parameters, only: d03_epsilon
   use model_types, only: model_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t, state_t

@@ -3,7 +3,7 @@
 module field_audit
   use kinds, only: wp, pi
   use lapack_interface, only: dsyev
-  use elmlib, only: routine_none, routine_finite
+  use element_types, only: routine_none, routine_finite
   use element_lists, only: bulk_list_t
   use solid_types, only: state_strain, state_rotation
   use audit_types, only: audit_t, verdict_ok, verdict_warning, check_strain, check_rotation

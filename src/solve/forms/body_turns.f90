@@ -2,7 +2,7 @@
 !! "Nonlinear bulk", eq. (12.17)).
 module body_turns
   use kinds, only: wp
-  use elmlib, only: routine_none, routine_finite
+  use element_types, only: routine_none, routine_finite
   use vectors, only: identity, determinant, dyad, invert
   use condensed_types, only: turns_not, turns_freely, condensed_t
   use system_types, only: system_t

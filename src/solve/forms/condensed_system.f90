@@ -2,7 +2,7 @@
 !! of the iterate, and the way back to all nodes (doc/theory, "Static condensation").
 module condensed_system
   use kinds, only: wp
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use loads, only: load_factors, conditions_at
   use model_types, only: model_t
   use contact_parameters, only: shifts_gap

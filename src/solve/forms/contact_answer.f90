@@ -7,7 +7,8 @@ module contact_answer
   use condensed_motions, only: push_live
   use gcr, only: begin_gcr, take_known, add_image_of
   use contact_iteration, only: answer_by_blocks
-  use contact_tangent, only: apply_rest, answer_leading
+  use contact_tangent, only: apply_rest
+  use small_tangent, only: answer_leading
   use contact_sums, only: add_leading
   use condensed_border, only: add_points, factorise_points
   use system_types, only: system_t

@@ -1,7 +1,7 @@
 !> The pattern of the coupled matrix: bulk and contact elements.
 module contact_coupling
   use costs, only: begin_cost, end_cost, cost_pattern
-  use elmlib, only: routine_none, routine_mfec
+  use element_types, only: routine_none, routine_mfec
   use model_types, only: model_t
   use contact_points, only: count_points, coupled_nodes
   use block_matrix, only: find_block

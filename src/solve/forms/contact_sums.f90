@@ -1,15 +1,19 @@
 !> Element matrices of contact summed at the live candidates, by columns, and the few columns for
-!! each node that count (doc/theory, "Contact operator of low rank").
+!! each node, or each element, that count (doc/theory, "Contact operator of low rank").
 module contact_sums
   use kinds, only: wp
   use lapack_interface, only: dsyev
   use vectors, only: identity
   use condensed_types, only: condensed_t, contact_tangent_t, columns_t
   use sparse_columns, only: append, number_new, add_product, take_product
+  use low_rank, only: peel, largest_weighed
   implicit none
   private
-  public :: sum_elements, add_whole_rest, live_roots, peel_nodes, take_held, take_shares, &
-    add_leading, is_loose
+  public :: sum_elements, add_whole_rest, live_roots, peel_nodes, peel_elements, &
+    take_held, take_shares, add_leading, is_loose
+
+  !> Columns that an element matrix may have.
+  integer, parameter :: most_element_columns = 6
 
 contains
 
@@ -356,4 +360,36 @@ contains
       end associate
     end do
   end subroutine add_leading
+
+  !> Takes the leading columns of each element matrix.
+  subroutine peel_elements(condensed, tangent, negligible)
+    type(condensed_t), intent(in) :: condensed !! live compliances
+    type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
+    real(wp), intent(in) :: negligible !! matrix times compliance that may be left
+    real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live), tolerance
+    integer :: e, i, rank
+
+    if (.not. allocated(tangent%owner)) then
+      allocate (tangent%owner(most_element_columns*size(tangent%element)), &
+        tangent%u(size(tangent%s, 1), most_element_columns*size(tangent%element)), &
+        tangent%v(size(tangent%s, 1), most_element_columns*size(tangent%element)))
+    end if
+    root = live_roots(condensed)
+    tangent%rank = 0
+    do e = 1, tangent%elements
+      weight = 0.0_wp
+      associate (n => tangent%rank, dofs => tangent%dofs(:, tangent%element(e)))
+        do i = 1, size(tangent%dofs, 1)
+          if (dofs(i) > 0) weight(i) = root(dofs(i))
+        end do
+        tolerance = negligible
+        if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
+          largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
+        call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, tangent%u(:, n + 1:n + &
+          most_element_columns), tangent%v(:, n + 1:n + most_element_columns), rank)
+        tangent%owner(n + 1:n + rank) = tangent%element(e)
+        n = n + rank
+      end associate
+    end do
+  end subroutine peel_elements
 end module contact_sums

@@ -3,38 +3,30 @@
 module contact_tangent
   use kinds, only: wp
   use costs, only: begin_cost, end_cost, cost_contact_tangent, cost_dense_factor
-  use element_types, only: task_tangent, status_open
-  use elmlib, only: routine_none
-  use lapack_interface, only: dgetrs
-  use low_rank, only: peel, largest_weighed
+  use element_types, only: task_tangent, status_open, routine_none
   use gcr, only: forget_images
   use assembly, only: assemble
   use back_ends, only: solver_done, solver_singular
   use condensed_types, only: condensed_t, contact_tangent_t
-  use live_candidates, only: gather_compliance, complete_compliance, apply_compliance
-  use condensed_motions, only: add_live_motion
-  use contact_sums, only: sum_elements, add_whole_rest, live_roots, peel_nodes, &
-    take_shares, is_loose
-  use sparse_columns, only: add_product
-  use supports, only: find_unheld
+  use live_candidates, only: gather_compliance, complete_compliance
+  use contact_sums, only: sum_elements, add_whole_rest, peel_nodes, peel_elements
+  use supports, only: unheld_bodies
   use contact_blocks, only: form_blocks
   use contact_groups, only: place_elements, peel_groups, list_columns
   use body_turns, only: turn_elements
   use condensed_springs, only: hold_motions
   use condensed_border, only: form_points
   use small_tangent, only: form_double
-  use whole_tangent, only: is_better_whole, take_columns
+  use whole_tangent, only: is_better_whole
   use tree_compliance, only: has_trees
   use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
   implicit none
   private
-  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest, answer_leading
+  public :: form_element_matrices, factorise_tangent, form_rest, apply_rest
 
   !> Element matrix entries times compliance that are left to the iteration.
   real(wp), parameter :: negligible = 0.03_wp
-  !> Columns that an element matrix may have.
-  integer, parameter :: most_element_columns = 6
   !> Rows of the whole form over those of the other, at most: there are several of these for each of
   !! them where it is taken.
   integer, parameter :: most_whole = 2
@@ -61,7 +53,7 @@ contains
       call form_points(system, form)
       call clear_dead(tangent)
     end associate
-    if (any(system%body%floating)) call find_unheld(x, system, form)
+    if (any(system%body%floating)) system%body%regularised = unheld_bodies(x, system, form)
     call end_cost(form%costs, cost_contact_tangent)
   end subroutine form_element_matrices
 
@@ -147,43 +139,12 @@ contains
         call place_elements(system, condensed, x, place)
         call peel_groups(condensed, tangent, place, negligible)
       else
-        call peel_elements(condensed, tangent)
+        call peel_elements(condensed, tangent, negligible)
         tangent%parts%iterated = .not. tangent%parts%dense .and. tangent%rank > many
         if (tangent%parts%iterated) call list_columns(tangent)
       end if
     end associate
   end subroutine choose_columns
-
-  !> Takes the leading columns of each element matrix.
-  subroutine peel_elements(condensed, tangent)
-    type(condensed_t), intent(in) :: condensed !! live compliances
-    type(contact_tangent_t), intent(inout) :: tangent !! gets rank, owner, u, v
-    real(wp) :: weight(size(tangent%s, 1)), root(condensed%alive%n_live), tolerance
-    integer :: e, i, rank
-
-    if (.not. allocated(tangent%owner)) then
-      allocate (tangent%owner(most_element_columns*size(tangent%element)), &
-        tangent%u(size(tangent%s, 1), most_element_columns*size(tangent%element)), &
-        tangent%v(size(tangent%s, 1), most_element_columns*size(tangent%element)))
-    end if
-    root = live_roots(condensed)
-    tangent%rank = 0
-    do e = 1, tangent%elements
-      weight = 0.0_wp
-      associate (n => tangent%rank, dofs => tangent%dofs(:, tangent%element(e)))
-        do i = 1, size(tangent%dofs, 1)
-          if (dofs(i) > 0) weight(i) = root(dofs(i))
-        end do
-        tolerance = negligible
-        if (any(is_loose(condensed, dofs))) tolerance = negligible*min(1.0_wp, &
-          largest_weighed(tangent%s(:, :, tangent%element(e)), weight))
-        call peel(tangent%s(:, :, tangent%element(e)), weight, tolerance, tangent%u(:, n + 1:n + &
-          most_element_columns), tangent%v(:, n + 1:n + most_element_columns), rank)
-        tangent%owner(n + 1:n + rank) = tangent%element(e)
-        n = n + rank
-      end associate
-    end do
-  end subroutine peel_elements
 
   !> What U V^T leaves of the element matrices; the factor may be older than these.
   subroutine form_rest(contact, condensed)
@@ -252,34 +213,4 @@ contains
       if (dofs(i) > 0) y(dofs(i)) = y(dofs(i)) + force(i)
     end do
   end subroutine add_element
-
-  !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
-  !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.
-  subroutine answer_leading(condensed, d, push, z, t)
-    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
-    real(wp), intent(in) :: d(:) !! (live) [length]
-    real(wp), intent(in) :: push(:) !! (modes) what the forces shall do to the motions [length]
-    real(wp), intent(out) :: z(:) !! (rank+modes) the force is U z, then the rigid motions
-    real(wp), intent(out) :: t(:) !! (live) [length]
-    real(wp) :: force(size(d))
-    integer :: n, info
-
-    associate (tangent => condensed%tangent)
-      n = tangent%rank + tangent%modes
-      t = d
-      if (n == 0) return
-      call take_shares(tangent, d, z(:tangent%rank))
-      z(tangent%rank + 1:n) = push
-      call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
-      if (tangent%whole) then
-        force = 0.0_wp
-        call add_product(tangent%lead, z(:tangent%rank), force)
-        call apply_compliance(condensed, force, t)
-        t = d - t
-        if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
-      else if (size(d) > 0) then
-        call take_columns(size(d), n, tangent%cu, z, t)
-      end if
-    end associate
-  end subroutine answer_leading
 end module contact_tangent

@@ -3,6 +3,7 @@
 module full_form
   use kinds, only: wp
   use back_ends, only: solver_done, solver_singular
+  use linear_solver, only: solver_name
   use bulk_products, only: multiply_bulk_absolute
   use bulk_term, only: form_bulk_force, form_bulk_trial, form_bulk_change
   use rigid_bodies, only: take_rigid, spread_rigid, rigid_values
@@ -116,6 +117,7 @@ contains
     if (outcome == solver_done) call solve_bordered(system, form, form%right, form%solution, &
       outcome)
     if (outcome /= solver_done) return
+    form%kind%name = solver_name(form%whole%solver)
     call spread_direction(system, form)
     call form_bulk_change(system, form)
   end subroutine try_direction

@@ -7,7 +7,7 @@ module full_tangent
   use csc_matrix, only: csc_matrix_t, fill_values
   use assembly, only: assemble
   use bulk_term, only: form_bulk_tangent
-  use supports, only: regularise_bodies
+  use supports, only: regularise_bodies, unheld_bodies
   use right_side, only: gather_right
   use rigid_border, only: form_border
   use system_types, only: form_t, system_t
@@ -48,7 +48,8 @@ contains
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
       form%whole%matrix)
     call gather_right(system, form, 0.0_wp, .false.)
-    if (any(system%body%floating)) call regularise_bodies(x, system, form)
+    if (any(system%body%floating)) system%body%regularised = unheld_bodies(x, system, form)
+    if (any(system%body%floating)) call regularise_bodies(system, form)
     call form_border(system, form)
     call hand_values(form%whole%matrix, system%equation, form%whole%solver%by_nodes, form%whole%csc)
     form%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &

@@ -13,8 +13,8 @@ module mortar_bulk
   use model_types, only: model_t
   use mortar_unknowns, only: mortar_system_t, join_rows, find_gaps, take_cones, across, &
     local_forces
-  use force_scales, only: note_forces, force_scale
-  use residuals, only: residual_norm, estimate_round_off, round_off_factor
+  use force_scales, only: least_forces, force_scale
+  use residuals, only: residual_norm, round_off_factor
   use system_types, only: form_t, system_t
   implicit none
   private
@@ -209,17 +209,15 @@ contains
     system%inner%linearised = .false.
     call form_bulk_force(x, system, form%whole)
     call form%kind%gather(system, form, 0.0_wp, .false.)
-    call note_forces(system, form)
+    system%scale%seen_forces = least_forces(system, form)
   end subroutine move_bulk
 
   !> The bulk is in balance with the forces of multipliers.
-  logical function is_in_balance(system, form, x, wanted) result(balanced)
-    type(system_t), intent(inout) :: system !! right given; gets round_off
-    type(form_t), intent(inout) :: form !! its kind answers
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+  logical function is_in_balance(system, form, wanted) result(balanced)
+    type(system_t), intent(in) :: system !! its round-off
+    type(form_t), intent(in) :: form !! right given, its kind answers
     real(wp), intent(in) :: wanted !! residual over forces
 
-    call estimate_round_off(system, form, x)
     balanced = residual_norm(system, form) <= max(wanted*force_scale(system%scale), &
       round_off_factor*system%scale%round_off)
   end function is_in_balance

@@ -8,6 +8,7 @@ module mortar_system
   use mortar_compliance, only: add_body, find_motions
   use live_candidates, only: gather_compliance, complete_compliance
   use system_types, only: form_t, system_t
+  use condensed_types, only: condensed_t
   implicit none
   private
   public :: build_mortar, anchor_mortar, spread_forces
@@ -143,20 +144,18 @@ contains
   end subroutine drop_compliance
 
   !> Hands the forces of the multipliers to the nodes: what contact asks of the bulk.
-  pure subroutine spread_forces(model, system, form)
+  pure subroutine spread_forces(model, contact_force, condensed)
     type(model_t), intent(in) :: model !! pairs with forces of their multipliers
-    type(system_t), intent(inout) :: system !! gets contact_force, and force of condensed
-    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
+    real(wp), intent(inout) :: contact_force(:, :) !! (3, nodes) gets them [force]
+    type(condensed_t), intent(inout) :: condensed !! candidates; gets their forces
     integer :: k, c
 
-    system%contact_force = 0.0_wp
+    contact_force = 0.0_wp
     do k = 1, size(model%pairs)
-      call add_forces(model%pairs(k)%nodes, system%contact_force)
+      call add_forces(model%pairs(k)%nodes, contact_force)
     end do
-    associate (condensed => form%condensed)
-      do c = 1, condensed%n
-        condensed%bulk%force(c) = system%contact_force(condensed%direction(c), condensed%node(c))
-      end do
-    end associate
+    do c = 1, condensed%n
+      condensed%bulk%force(c) = contact_force(condensed%direction(c), condensed%node(c))
+    end do
   end subroutine spread_forces
 end module mortar_system

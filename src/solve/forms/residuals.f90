@@ -2,17 +2,17 @@
 !! (2.5)).
 module residuals
   use kinds, only: wp, machine_epsilon
-  use costs, only: begin_cost, end_cost, cost_residual
-  use element_types, only: task_residual, status_open
-  use elmlib, only: routine_none
-  use elmt03, only: d03_epsilon
-  use assembly, only: assemble
+  use costs, only: begin_cost, end_cost, cost_residual, cost_search
+  use element_types, only: status_open, routine_none
+  use element_parameters, only: d03_epsilon
   use multiplier_types, only: shift_multipliers
   use rigid_bodies, only: try_rigid
+  use model_types, only: model_t
   use system_types, only: form_t, system_t
   implicit none
   private
-  public :: form_residual, form_trial, residual_norm, estimate_round_off, round_off_factor
+  public :: form_residual, form_trial, follow_shape, residual_norm, round_off_of, &
+    round_off_factor
 
   !> Below this many times the estimate of its round-off the residual is converged as soon as an
   !! iteration does not halve it any more.
@@ -30,7 +30,7 @@ contains
     if (associated(form%kind%find_bulk_force) .and. .not. system%inner%known) &
       call form%kind%find_bulk_force(system, form, x)
     system%inner%known = .false.
-    call assemble(system%contact, task_residual, x, system%u, system%contact_force)
+    call system%terms%contact_forces(system%contact, x, system%u, system%contact_force)
     call form%kind%gather(system, form, 0.0_wp, .false.)
     call end_cost(form%costs, cost_residual)
   end subroutine form_residual
@@ -47,10 +47,26 @@ contains
     call try_rigid(system%tools, form%solution, length, form%trial)
     if (system%motion%active) call shift_multipliers(system%motion, length, system%contact%shift)
     if (associated(form%kind%try_bulk_force)) call form%kind%try_bulk_force(system, form, x)
-    call assemble(system%contact, task_residual, x, form%trial, system%contact_force)
+    call system%terms%contact_forces(system%contact, x, form%trial, system%contact_force)
     call form%kind%gather(system, form, length, .true.)
     call end_cost(form%costs, cost_residual)
   end subroutine form_trial
+
+  !> Smooth surfaces bend as the nodes of the iterate lie, and the residual with them.
+  subroutine follow_shape(model, system, form)
+    type(model_t), intent(inout) :: model !! pairs: patches
+    type(system_t), intent(inout) :: system !! u and the bulk's force given; residual is formed
+    type(form_t), intent(inout) :: form !! its kind answers
+
+    if (.not. any(model%pairs%smooth)) return
+    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
+    system%position%x_now = model%mesh%x + system%u
+    call begin_cost(system%costs, cost_search)
+    call system%terms%bend_surfaces(model, system%place, system%u, system%contact)
+    call end_cost(system%costs, cost_search)
+    system%inner%known = .true.
+    call form_residual(system, form, model%mesh%x)
+  end subroutine follow_shape
 
   !> Norm of the residual in the unknowns of the form.
   pure real(wp) function residual_norm(system, form) result(norm)
@@ -63,9 +79,9 @@ contains
   !> What round-off leaves of the residual at best: machine epsilon times the terms it sums. Open
   !! contact points of bodies that contact alone holds are left out: such a body may have come to
   !! rest without any load, and what is left there is then seen against no other force.
-  subroutine estimate_round_off(system, form, x)
-    type(system_t), intent(inout) :: system !! u given; gets round_off
-    type(form_t), intent(inout) :: form !! the linearised system in its form
+  real(wp) function round_off_of(system, form, x) result(norm)
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! its kind answers; trial is used
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp) :: terms, largest
     integer :: k, n, last
@@ -83,8 +99,8 @@ contains
       end do
       terms = hypot(terms, system%contact%d(d03_epsilon, k)*largest)
     end do
-    system%scale%round_off = machine_epsilon*terms
-  end subroutine estimate_round_off
+    norm = machine_epsilon*terms
+  end function round_off_of
 
   !> A body of a contact element is not held by its supports alone.
   pure logical function is_floating(system, k)

@@ -1,15 +1,18 @@
-!> The small matrix of contact in double precision, and its factor (doc/theory, "Contact operator of
-!! low rank").
+!> The small matrix of contact in double precision, its factor, and what that answers (doc/theory,
+!! "Contact operator of low rank").
 module small_tangent
   use kinds, only: wp
   use threads, only: pays_threads
-  use lapack_interface, only: dgetrf
+  use lapack_interface, only: dgetrf, dgetrs
   use condensed_types, only: condensed_t, contact_tangent_t
-  use live_candidates, only: own_part
-  use whole_tangent, only: form_whole, make_small, combine
+  use live_candidates, only: own_part, apply_compliance
+  use whole_tangent, only: form_whole, make_small, combine, take_columns
+  use condensed_motions, only: add_live_motion
+  use contact_sums, only: take_shares
+  use sparse_columns, only: add_product
   implicit none
   private
-  public :: form_double
+  public :: form_double, answer_leading
 
   !> Columns of the matrix that are formed at a time.
   integer, parameter :: columns_formed = 8
@@ -139,4 +142,34 @@ contains
       end associate
     end do
   end subroutine add_columns
+
+  !> What a displacement d becomes when the leading part of contact answers it: the shares z of the
+  !! columns, (I + V^T C U) z = V^T d, and t = d - C U z.
+  subroutine answer_leading(condensed, d, push, z, t)
+    type(condensed_t), intent(in) :: condensed !! tangent with its factor, live compliances
+    real(wp), intent(in) :: d(:) !! (live) [length]
+    real(wp), intent(in) :: push(:) !! (modes) what the forces shall do to the motions [length]
+    real(wp), intent(out) :: z(:) !! (rank+modes) the force is U z, then the rigid motions
+    real(wp), intent(out) :: t(:) !! (live) [length]
+    real(wp) :: force(size(d))
+    integer :: n, info
+
+    associate (tangent => condensed%tangent)
+      n = tangent%rank + tangent%modes
+      t = d
+      if (n == 0) return
+      call take_shares(tangent, d, z(:tangent%rank))
+      z(tangent%rank + 1:n) = push
+      call dgetrs('N', n, 1, tangent%small, size(tangent%small, 1), tangent%pivot, z, n, info)
+      if (tangent%whole) then
+        force = 0.0_wp
+        call add_product(tangent%lead, z(:tangent%rank), force)
+        call apply_compliance(condensed, force, t)
+        t = d - t
+        if (tangent%modes > 0) call add_live_motion(condensed, z(tangent%rank + 1:n), t)
+      else if (size(d) > 0) then
+        call take_columns(size(d), n, tangent%cu, z, t)
+      end if
+    end associate
+  end subroutine answer_leading
 end module small_tangent

@@ -9,8 +9,8 @@ module solver_choice
   use friction_return, only: has_friction
   use monitors, only: monitor_t
   use ranks, only: count_ranks
-  use linear_solver, only: solver_words, solver_unknown, solver_auto, solver_cholmod, &
-    solver_petsc, solver_reduced, take_choice
+  use linear_solver, only: solver_words, take_choice
+  use back_ends, only: solver_unknown, solver_auto, solver_cholmod, solver_petsc, solver_reduced
   use bulk_term, only: take_bulk_back
   use form_choice, only: take_form, take_full_form
   use condensed_system, only: start_condensed

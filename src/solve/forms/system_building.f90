@@ -14,6 +14,7 @@ module system_building
   use rigid_bodies, only: start_rigid
   use supports, only: find_floating_bodies
   use full_form, only: full_form_of_system
+  use term_choice, only: terms_of_system
   use held_bodies, only: fix_held
   use system_types, only: form_t, system_t, state_t
   use cells, only: most_facet_nodes
@@ -42,6 +43,7 @@ contains
     type(form_t), intent(inout) :: form !! gets its kind, matrix
 
     form%kind = full_form_of_system()
+    system%terms = terms_of_system()
     call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
     call build_bulk(model, system, form)
@@ -57,10 +59,10 @@ contains
     integer :: k
 
     call find_bodies(model%mesh, element_body, system%body%node_body, system%body%bodies)
-    call number_equations(model%conditions%restrained, system)
+    call number_equations(model%conditions%restrained, system%equation, system%equations)
     call fix_held(model, system%equation, system%body)
     if (allocated(system%body%fixed)) call number_equations(model%conditions%restrained .or. &
-      system%body%fixed, system)
+      system%body%fixed, system%equation, system%equations)
     call start_rigid(model, system, state)
     call start_springs(model, system%equation, system%loads)
     if (allocated(model%conditions%pressures)) then
@@ -75,19 +77,19 @@ contains
   end subroutine outline_system
 
   !> Numbers the free degrees of freedom in the order of the nodes.
-  subroutine number_equations(restrained, system)
+  subroutine number_equations(restrained, equation, equations)
     logical, intent(in) :: restrained(:, :) !! (3, nodes)
-    type(system_t), intent(inout) :: system !! gets equation, equations
+    integer, allocatable, intent(out) :: equation(:, :) !! (3, nodes) number, 0 where restrained
+    integer, intent(out) :: equations !! how many
     integer :: node, i
 
-    if (allocated(system%equation)) deallocate (system%equation)
-    allocate (system%equation(3, size(restrained, 2)), source=0)
-    system%equations = 0
+    allocate (equation(3, size(restrained, 2)), source=0)
+    equations = 0
     do node = 1, size(restrained, 2)
       do i = 1, 3
         if (restrained(i, node)) cycle
-        system%equations = system%equations + 1
-        system%equation(i, node) = system%equations
+        equations = equations + 1
+        equation(i, node) = equations
       end do
     end do
   end subroutine number_equations

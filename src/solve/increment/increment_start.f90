@@ -19,7 +19,7 @@ module increment_start
   use point_status, only: forget_expected
   use predictor, only: carry_bodies, turn_bodies, leave_bodies, take_along
   use contact_carrying, only: carry_with_contact
-  use force_scales, only: begin_scales
+  use force_scales, only: scales_of
   use bulk_term, only: start_bulk, return_bulk
   use residuals, only: form_residual, residual_norm
   use monitors, only: monitor_t
@@ -98,7 +98,7 @@ contains
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
     end do
-    call begin_scales(model%mesh%x, state, system)
+    system%scale = scales_of(model%mesh%x, state, system)
     call begin_touch(model, system, time - state%time)
     call begin_softening(model, system%softening)
     call start_bulk(state%u, system%bulk, system%inner, form)

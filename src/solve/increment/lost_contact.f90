@@ -2,7 +2,7 @@
 !! the state in which nothing touches is an equilibrium, too (doc/theory, "Continuation").
 module lost_contact
   use kinds, only: wp, pi
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use model_types, only: model_t
   use contact_entries, only: has_gone_through
   use force_scales, only: force_scale

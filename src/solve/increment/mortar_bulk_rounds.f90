@@ -11,13 +11,11 @@ module mortar_bulk_rounds
   use mortar_rounds, only: most_rounds, law_share, weigh_all, cut_moved, take_result, tell, show_all
   use back_ends, only: solver_done
   use bulk_term, only: return_bulk, form_bulk_force
-  use residuals, only: residual_norm, round_off_factor
+  use residuals, only: residual_norm, round_off_factor, round_off_of
   use contact_system, only: load_contact
   use condensed_system, only: couple_condensed
   use newton_progress, only: newton_t, wanted_share, outcome_inverted, outcome_converged, &
-    outcome_stalled, outcome_restless, outcome_stopped
-  use signals, only: stop_requested
-  use parallel, only: any_rank
+    outcome_stalled, outcome_restless, outcome_stopped, heed_stop
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t
@@ -58,9 +56,10 @@ contains
       call weigh_all(model, system, waits)
       call take_gaps(model, system, form, stiff, unknowns)
       associate (z => local_forces(model, unknowns))
-        call spread_forces(model, system, form)
+        call spread_forces(model, system%contact_force, form%condensed)
         call form%kind%gather(system, form, 0.0_wp, .false.)
-        balanced = is_in_balance(system, form, model%mesh%x, wanted_share(settings))
+        system%scale%round_off = round_off_of(system, form, model%mesh%x)
+        balanced = is_in_balance(system, form, wanted_share(settings))
         balanced = balanced .and. round > 1 .and. changes == 0
         ! forces that no step changes any more are as good as they get
         if (balanced .and. .not. still) balanced = what_law_lacks(unknowns, z) <= max(law_share &
@@ -72,7 +71,7 @@ contains
       call solve_bulk_round(model, system, form, time, unknowns%gap, stiff, still, monitor, &
         progress)
       if (progress%outcome /= outcome_restless) return
-      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      call heed_stop(progress)
       if (progress%outcome == outcome_stopped) return
       call cut_moved(model, system, form, settings, cut_at, changes)
     end do
@@ -113,7 +112,7 @@ contains
     still = result%steps + result%repeated == 0
     call take_result(model, unknowns, result, progress, system%costs)
     if (progress%outcome /= outcome_converged) return
-    call spread_forces(model, system, form)
+    call spread_forces(model, system%contact_force, form%condensed)
     form%condensed%rigid%alpha = result%motion
     call move_bulk(system, form, model%mesh%x, share)
     system%position%x_now = model%mesh%x + system%u

@@ -2,7 +2,6 @@
 !! displacements until they fit each other (doc/theory, "Mortar contact").
 module mortar_increment
   use kinds, only: wp
-  use solution_settings, only: tol_energy, tol_residual
   use model_types, only: model_t
   use mortar_unknowns, only: mortar_system_t, join_rows, local_forces
   use mortar_system, only: build_mortar, anchor_mortar, spread_forces
@@ -20,11 +19,9 @@ module mortar_increment
   use rigid_bodies, only: return_rigid, move_rigid
   use touch_types, only: touch_none, touch_waits
   use newton_progress, only: newton_t, outcome_converged, outcome_restless, outcome_stopped, &
-    outcome_memory
-  use signals, only: stop_requested
-  use parallel, only: any_rank
+    outcome_memory, heed_stop
   use monitors, only: monitor_t
-  use newton_settings, only: settings_t
+  use newton_settings, only: settings_t, tol_energy, tol_residual
   use system_types, only: form_t, system_t, state_t
   implicit none
   private
@@ -145,7 +142,7 @@ contains
       end if
       call solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
       if (progress%outcome /= outcome_converged) return
-      if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+      call heed_stop(progress)
       if (progress%outcome == outcome_stopped) return
       call cut_moved(model, system, form, settings, cut_at, changes)
     end do
@@ -199,7 +196,7 @@ contains
     type(system_t), intent(inout) :: system !! gets forces of contact, u, x_now
     type(form_t), intent(inout) :: form !! what the condensed form keeps changes
 
-    call spread_forces(model, system, form)
+    call spread_forces(model, system%contact_force, form%condensed)
     form%condensed%rigid%imbalance = 0.0_wp
     form%condensed%bulk%defect = 0.0_wp
     call place_candidates(form%condensed, spread(.true., 1, form%condensed%n), system%u)

@@ -9,7 +9,7 @@ module mortar_rounds
   use mortar_unknowns, only: mortar_system_t
   use mortar_newton, only: mortar_result_t
   use mortar_touch, only: place_new
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use contact_system, only: move_targets, load_contact
   use condensed_system, only: couple_condensed
   use costs, only: cost_t, count_cost, cost_rounds, cost_weighed, cost_dense_factor, &

@@ -7,8 +7,7 @@ module mortar_touch
   use mortar_types, only: mortar_t, same_multiplier
   use mortar_points, only: weigh_pair
   use contact_types, only: forget_moves
-  use element_types, only: status_open
-  use elmlib, only: routine_none
+  use element_types, only: status_open, routine_none
   use costs, only: count_cost, cost_touch
   use first_touch, only: find_free_way
   use touch_path, only: way_before, closing_time

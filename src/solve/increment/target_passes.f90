@@ -11,9 +11,9 @@ module target_passes
   use late_look, only: has_flown
   use newton, only: newton_t, solve_frozen, outcome_converged, outcome_singular, &
     outcome_restless, outcome_step_done, is_converged
-  use surface_shapes, only: follow_shape
+  use residuals, only: follow_shape
   use contact_report, only: restless_point
-  use multiplier_motion, only: hand_back_multipliers
+  use multiplier_motion, only: take_multipliers, hand_back_multipliers
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t
@@ -43,6 +43,8 @@ contains
     do while (pass < settings%most_passes)
       if (.not. system%place%begun) call load_contact(model, system)
       if (.not. (system%place%begun .and. system%place%coupled)) call form%kind%couple(system, form)
+      if (system%motion%active) call take_multipliers(model, system%equation, system%tools, &
+        system%contact, system%place, system%motion)
       call solve_frozen(model, system, form, time, settings, monitor, progress)
       if (system%motion%active) call hand_back_multipliers(model, system)
       if (progress%outcome == outcome_step_done) then
@@ -125,7 +127,7 @@ contains
     if (.not. settled) call monitor%detail('  '//count_noun(touches, 'contact point')// &
       ' touched first in this increment: friction from there')
     if (.not. settled) return
-    call find_softening(model, system, softer)
+    call find_softening(model, system%contact, system%place, system%softening, softer)
     settled = softer == 0
     if (.not. settled) call monitor%detail('  '//count_noun(softer, 'contact point')// &
       ' slipped: their friction softens from there')

@@ -79,6 +79,8 @@ contains
         if (state%whole) &
           call try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
         if (allocated(error)) return
+        system%body%in_vain = 0
+        system%motion%hopeless = .false.
         call begin_whole(system%equations, done, flies, part, least)
         part = min(part, longest)
         cycle
@@ -101,7 +103,7 @@ contains
   !! (doc/theory, "Choice of the solver"). A factor that the memory does not hold is no news then.
   subroutine try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
     type(model_t), intent(in) :: model !! the model
-    type(system_t), intent(inout) :: system !! the system at the failed iterate
+    type(system_t), intent(in) :: system !! the system at the failed iterate
     type(form_t), intent(inout) :: form !! gets matrix
     type(newton_t), intent(in) :: progress !! how the solve ended
     real(wp), intent(in) :: time !! the time that was tried
@@ -130,8 +132,6 @@ contains
     call decline_condensed(system%whole_factors, form%whole, otherwise)
     if (.not. otherwise) return
     call move_alloc(error, first)
-    system%body%in_vain = 0
-    system%motion%hopeless = .false.
     if (flies) then
       call monitor%event('  a body is in free motion, and REDUced has not found '// &
         'where it closes: once more with the whole system, to the next output time')

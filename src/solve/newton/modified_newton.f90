@@ -3,12 +3,9 @@
 module modified_newton
   use kinds, only: wp
   use costs, only: count_cost, cost_modified_newton
-  use residuals, only: form_residual, form_trial, residual_norm
+  use residuals, only: form_residual, form_trial, follow_shape, residual_norm
   use newton_progress, only: is_round_off
-  use bulk_term, only: bulk_step
-  use multiplier_motion, only: add_multipliers, settle_multipliers
-  use multiplier_types, only: shift_multipliers
-  use surface_shapes, only: follow_shape
+  use multiplier_types, only: shift_multipliers, settle_multipliers
   use model_types, only: model_t
   use system_types, only: form_t, system_t
   implicit none
@@ -140,8 +137,10 @@ contains
     real(wp) :: share
 
     call form%kind%repeat_direction(system, form, found)
-    if (found) call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, share)
+    if (found) call system%terms%step_share(model%mesh%x, system%bulk, system%u, system%inner, &
+      form%du, share)
     if (found) found = share >= 1.0_wp
-    if (found .and. system%motion%active) call add_multipliers(model, system, form, .false.)
+    if (found .and. system%motion%active) &
+      call system%terms%add_multipliers(model, system, form, .false.)
   end subroutine find_direction_again
 end module modified_newton

@@ -274,12 +274,13 @@ contains
     type(mortar_system_t), intent(in) :: unknowns !! gaps, loads
     type(iterate_t), intent(in) :: now !! an iterate
     real(wp) :: way, lacking
-    integer :: i
 
     hold = soft*mean_stiffness(unknowns)
     lacking = maxval(abs(now%balance))
     if (lacking <= soft*maxval(abs(unknowns%load)) .or. all(now%closed)) return
-    way = minval([(now%gap(3*i), i=1, unknowns%n)], .not. now%closed)
+    ! nodes that touch without a force are no way to go
+    way = minval(now%gap(3::3), .not. now%closed .and. now%gap(3::3) &
+      > round_off_of_gaps(unknowns))
     hold = max(hold, lacking/max(beyond*way, lacking/mean_stiffness(unknowns)))
   end function hold_of
 

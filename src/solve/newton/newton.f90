@@ -1,23 +1,20 @@
 !> Semismooth Newton with line search on a system whose contact targets are frozen.
 module newton
   use kinds, only: wp
-  use signals, only: stop_requested
-  use parallel, only: any_rank
-  use bulk_term, only: bulk_step
   use back_ends, only: solver_done, solver_out_of_memory
-  use surface_shapes, only: follow_shape
-  use residuals, only: form_residual, residual_norm, estimate_round_off, round_off_factor
-  use force_scales, only: note_forces, force_scale, longest_step
+  use residuals, only: form_residual, follow_shape, residual_norm, round_off_of, &
+    round_off_factor
+  use force_scales, only: least_forces, force_scale, longest_step
   use supports, only: close_bodies
   use pseudo_time, only: begin_pseudo_time, settle_pseudo_step, count_way
   use point_status, only: forget_expected
   use line_search, only: choose_length
   use modified_newton, only: modified_newton_t, follow_modified_newton
   use model_types, only: model_t
-  use multiplier_motion, only: take_multipliers, add_multipliers, settle_multipliers, &
-    multipliers_fit
+  use multiplier_types, only: settle_multipliers
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
-    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, describe, &
+    wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, heed_stop, &
+    describe, &
     outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
@@ -54,7 +51,6 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
 
-    if (system%motion%active) call take_multipliers(model, system)
     call begin_pseudo_time(system, form)
     if (.not. system%place%begun) call form_residual(system, form, model%mesh%x)
     system%place%begun = .false.
@@ -90,7 +86,7 @@ contains
     logical :: sound, rests, hopeless
 
     do
-      call estimate_round_off(system, form, model%mesh%x)
+      system%scale%round_off = round_off_of(system, form, model%mesh%x)
       call settle_pseudo_step(system, form, model%mesh%x, progress%halved, rests, hopeless)
       if (.not. rests) exit
       if (.not. is_converged(system, form, settings, progress)) exit
@@ -113,8 +109,8 @@ contains
     else if (hopeless .or. (max(progress%since_fewest, progress%short) >= iterations_without_gain &
       .and. system%body%damping <= 0.0_wp)) then
       progress%outcome = outcome_stalled
-    else if (any_rank(stop_requested())) then
-      progress%outcome = outcome_stopped
+    else
+      call heed_stop(progress)
     end if
   end subroutine judge
 
@@ -122,12 +118,12 @@ contains
   !! iteration, no more iterations will make them.
   subroutine judge_multipliers(model, system, progress)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(inout) :: system !! in balance
+    type(system_t), intent(in) :: system !! in balance
     type(newton_t), intent(inout) :: progress !! gets outcome, counts misfits
 
     progress%outcome = outcome_converged
     if (.not. system%motion%active) return
-    if (multipliers_fit(model, system)) return
+    if (system%terms%multipliers_fit(model, system)) return
     progress%misfits = progress%misfits + 1
     progress%outcome = merge(outcome_gaps, outcome_going_on, progress%misfits >= most_misfits)
   end subroutine judge_multipliers
@@ -203,7 +199,7 @@ contains
       progress%outcome = merge(outcome_memory, outcome_singular, outcome == solver_out_of_memory)
       return
     end if
-    if (system%motion%active) call add_multipliers(model, system, form, .true.)
+    if (system%motion%active) call system%terms%add_multipliers(model, system, form, .true.)
     if (any(system%body%floating)) before = system%contact%status
     if (form%whole%solver%indefinite .and. .not. progress%indefinite) call monitor%detail( &
       '  the matrix is not positive definite: UMFPACK until the end of the increment')
@@ -215,7 +211,8 @@ contains
       form%kind%defect_energy(form)
     progress%most_energy = max(progress%energy, progress%most_energy)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, settings%first_energy)
-    call bulk_step(model%mesh%x, system%bulk, system%u, system%inner, form%du, longest)
+    call system%terms%step_share(model%mesh%x, system%bulk, system%u, system%inner, form%du, &
+      longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
       return
@@ -242,7 +239,7 @@ contains
       progress%energy_met = meets_energy(system, form, settings, progress)
     progress%share = residual_norm(system, form)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp
-    call note_forces(system, form)
+    system%scale%seen_forces = least_forces(system, form)
     call describe(system, form, progress, time, report)
     call judge_progress(system, form, report%stick, progress)
     call monitor%iteration(report)

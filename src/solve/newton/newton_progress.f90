@@ -4,6 +4,8 @@ module newton_progress
   use kinds, only: wp
   use costs, only: wall_seconds
   use threads, only: notice_others
+  use signals, only: stop_requested
+  use parallel, only: any_rank
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
   use force_scales, only: force_scale, in_bounds, least_meaning
@@ -12,13 +14,12 @@ module newton_progress
   use element_lists, only: element_list_t
   use point_status, only: contact_counts, turned_back
   use stacks, only: is_stack
-  use linear_solver, only: solver_name
   use monitors, only: iteration_t
   use system_parts, only: bodies_t
   implicit none
   private
   public :: newton_t, is_converged, is_round_off, is_close, meets_energy, may_go_on, wanted_share, &
-    judge_progress, judge_settled, begin_iteration, choose_held, describe
+    judge_progress, judge_settled, begin_iteration, choose_held, heed_stop, describe
   public :: outcome_going_on, outcome_converged, outcome_stalled, outcome_too_many, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_open, outcome_restless, &
     outcome_gaps, outcome_inverted, outcome_step_done, outcome_through, &
@@ -219,6 +220,13 @@ contains
     call notice_others()
   end subroutine begin_iteration
 
+  !> A signal that has come to some rank ends the solve.
+  subroutine heed_stop(progress)
+    type(newton_t), intent(inout) :: progress !! may get outcome
+
+    if (any_rank(stop_requested())) progress%outcome = outcome_stopped
+  end subroutine heed_stop
+
   !> Chooses the points that stick in the next tangent: those whose slip has turned back since the
   !! iteration before, which else may flip for ever.
   subroutine choose_held(contact, body, progress)
@@ -253,7 +261,6 @@ contains
     call contact_counts(system%contact, 1, system%contact%n, report%active, report%stick, &
       report%slip)
     report%solver = form%kind%name
-    if (report%solver == '') report%solver = solver_name(form%whole%solver)
     report%seconds = wall_seconds() - report%seconds
   end subroutine describe
 end module newton_progress

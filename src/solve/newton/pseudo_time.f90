@@ -128,12 +128,16 @@ contains
   subroutine note_center(system, form)
     type(system_t), intent(inout) :: system !! iterate given; gets pseudo_step
     type(form_t), intent(inout) :: form !! its kind answers
+    integer :: b, n
 
+    n = 0
+    if (allocated(system%tools%rigid)) n = size(system%tools%rigid)
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
       pseudo_step%u = system%u
       pseudo_step%gone = spread(0.0_wp, 1, system%tools%unknowns)
-      if (allocated(system%tools%rigid)) pseudo_step%rigid = system%tools%rigid
+      pseudo_step%pose = reshape([real(wp) :: (system%tools%rigid(b)%move, &
+        system%tools%rigid(b)%turn, b=1, n)], [3, 4, n])
       pseudo_step%bulk_force = system%inner%bulk_force
     end associate
     if (associated(form%kind%note_center)) call form%kind%note_center(system, form)
@@ -143,12 +147,16 @@ contains
   subroutine return_to_center(system, form)
     type(system_t), intent(inout) :: system !! gets the iterate of pseudo_step
     type(form_t), intent(inout) :: form !! its kind answers
+    integer :: b
 
     associate (pseudo_step => system%body%pseudo_step)
       pseudo_step%iterations = 0
       system%u = pseudo_step%u
       pseudo_step%gone = 0.0_wp
-      if (allocated(system%tools%rigid)) system%tools%rigid = pseudo_step%rigid
+      do b = 1, size(pseudo_step%pose, 3)
+        system%tools%rigid(b)%move = pseudo_step%pose(:, 1, b)
+        system%tools%rigid(b)%turn = pseudo_step%pose(:, 2:, b)
+      end do
       system%inner%bulk_force = pseudo_step%bulk_force
     end associate
     if (associated(form%kind%return_to_center)) call form%kind%return_to_center(system, form)

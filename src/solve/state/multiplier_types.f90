@@ -4,7 +4,7 @@ module multiplier_types
   use kinds, only: wp
   implicit none
   private
-  public :: multiplier_motion_t, shift_multipliers
+  public :: multiplier_motion_t, shift_multipliers, settle_multipliers
 
   !> Multipliers of the contact points, and how forces depend on them at the present iterate.
   type :: multiplier_motion_t
@@ -35,4 +35,13 @@ contains
         length*motion%way(:, k))
     end do
   end subroutine shift_multipliers
+
+  !> Moves the multipliers by the step that has been taken.
+  pure subroutine settle_multipliers(motion, length)
+    type(multiplier_motion_t), intent(inout) :: motion !! motion
+    real(wp), intent(in) :: length !! share of the way
+
+    motion%start = motion%start + length*motion%way
+    motion%way = 0.0_wp
+  end subroutine settle_multipliers
 end module multiplier_types

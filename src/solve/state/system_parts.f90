@@ -4,7 +4,7 @@ module system_parts
   use kinds, only: wp
   use block_matrix, only: block_matrix_t
   use csc_matrix, only: csc_matrix_t
-  use linear_solver, only: linear_solver_t, solver_auto, solver_unknown
+  use back_ends, only: linear_solver_t, solver_auto, solver_unknown
   use rigid_motions, only: motions_t
   use rigid_types, only: rigid_t
   implicit none
@@ -33,7 +33,7 @@ module system_parts
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
     real(wp), allocatable :: gone(:) !! (unknowns) way of rigid bodies since then [length]
     real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
-    type(rigid_t), allocatable :: rigid(:) !! rigid bodies there
+    real(wp), allocatable :: pose(:, :, :) !! (3, 4, rigid bodies) move and turn there
   end type pseudo_step_t
 
   !> The connected bodies, and what holds them.

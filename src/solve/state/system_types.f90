@@ -1,4 +1,5 @@
-!> The discrete system: equations, element lists, matrices, and the state that is solved for.
+!> The discrete system: equations, element lists, matrices, and the state that is solved for. In
+!! more than 400 lines, since interfaces of procedures stand where the types do that they take.
 module system_types
   use kinds, only: wp
   use costs, only: cost_t
@@ -14,7 +15,7 @@ module system_types
   use model_types, only: model_t
   implicit none
   private
-  public :: system_t, state_t, form_t, form_kind_t
+  public :: system_t, state_t, form_t, form_kind_t, terms_t
 
   !> The state at the last converged time.
   type :: state_t
@@ -29,6 +30,16 @@ module system_types
     type(kept_slopes_t) :: slopes !! derivatives that go on from here, if they are asked for
   end type state_t
 
+  !> What acts on the bodies and between them. Newton's method knows no more of it than this:
+  !! elements, laws and fields of multipliers stand behind these procedures (term_choice).
+  type :: terms_t
+    procedure(term_forces), pointer, nopass :: contact_forces => null() !! of contact elements
+    procedure(term_share), pointer, nopass :: step_share => null() !! that the bulk can go
+    procedure(term_bend), pointer, nopass :: bend_surfaces => null() !! that are smooth
+    procedure(term_add), pointer, nopass :: add_multipliers => null() !! to a direction
+    procedure(term_fit), pointer, nopass :: multipliers_fit => null() !! the forces
+  end type terms_t
+
   !> Everything that is built once from a model.
   type :: system_t
     integer, allocatable :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
@@ -38,6 +49,7 @@ module system_types
     type(element_list_t) :: contact !! contact elements, one a point
     real(wp), allocatable :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     real(wp), allocatable :: contact_force(:, :) !! (3, nodes) internal force of contact [force]
+    type(terms_t), allocatable :: terms !! what its elements do; allocatable as kind of form_t is
     type(touch_t) :: touch !! first touches of the increment
     type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
     type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
@@ -61,7 +73,7 @@ module system_types
   !! whatever differs from one form to another is a procedure or a fact here. A procedure that is
   !! null has nothing to do in that form.
   type :: form_kind_t
-    character(8) :: name = '' !! in the log; blank: the name of the back end
+    character(8) :: name = '' !! in the log: its own, or that of the back end with its factor
     logical :: knows_inside = .true. !! displacements and forces of all nodes are the iterate's
     logical :: has_energy = .true. !! a symmetric tangent is that of an energy along the direction
     logical :: inexact = .false. !! a direction is found by iteration and leaves a share
@@ -134,6 +146,56 @@ module system_types
   end type form_t
 
   abstract interface
+    !> The internal force of all contact elements.
+    subroutine term_forces(list, x, u, r)
+      import :: element_list_t, wp
+      implicit none
+      type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
+      real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+      real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+      real(wp), intent(inout) :: r(:, :) !! (3, nodes) those of the last time given [force]
+    end subroutine term_forces
+
+    !> The share of a direction on which no bulk element is turned inside out.
+    subroutine term_share(x, bulk, u, inner, du, share)
+      import :: bulk_list_t, bulk_answer_t, wp
+      implicit none
+      real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+      type(bulk_list_t), intent(in) :: bulk !! bulk elements
+      real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+      type(bulk_answer_t), intent(inout) :: inner !! gets inverted if the share is short
+      real(wp), intent(in) :: du(:, :) !! (3, nodes) direction [length]
+      real(wp), intent(out) :: share !! at most 1; 0: the first step cannot be taken
+    end subroutine term_share
+
+    !> Bends smooth surfaces as the nodes of the iterate lie.
+    subroutine term_bend(model, place, u, contact)
+      import :: model_t, contact_places_t, element_list_t, wp
+      implicit none
+      type(model_t), intent(inout) :: model !! pairs: patches
+      type(contact_places_t), intent(in) :: place !! where the contact elements are
+      real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+      type(element_list_t), intent(inout) :: contact !! gets patches
+    end subroutine term_bend
+
+    !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
+    subroutine term_add(model, system, form, anew)
+      import :: model_t, system_t, form_t
+      implicit none
+      type(model_t), intent(in) :: model !! pairs
+      type(system_t), intent(inout) :: system !! direction found; gets motion
+      type(form_t), intent(inout) :: form !! gets du
+      logical, intent(in) :: anew !! the derivatives of the forces belong to a new tangent
+    end subroutine term_add
+
+    !> No pair has multipliers that differ much from its forces.
+    logical function term_fit(model, system)
+      import :: model_t, system_t
+      implicit none
+      type(model_t), intent(in) :: model !! pairs
+      type(system_t), intent(in) :: system !! contact elements, u, motion
+    end function term_fit
+
     !> An increment begins: what its loads do without contact, and where contact forces that are
     !! foretold for its end put the bodies.
     subroutine form_begin(model, system, form, state, time, foretold)

@@ -2,16 +2,17 @@
 module assembly
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: element_t, task_tangent, task_stick_tangent, task_shift_tangent, &
-    task_stick_shift_tangent, n_element_stress, status_stick, status_slip
+  use element_types, only: element_t, task_tangent, task_stick_tangent, task_residual, &
+    task_shift_tangent, task_stick_shift_tangent, n_element_stress, status_stick, status_slip, &
+    routine_none
   use element_lists, only: element_list_t, batch_size, threads_of
-  use elmlib, only: element_routine, n_parameters, routine_none
-  use elmt03, only: d03_mu
+  use elmlib, only: element_routine
+  use element_parameters, only: n_parameters, d03_mu
   use block_matrix, only: block_matrix_t
   use bulk_assembly, only: scatter_column
   implicit none
   private
-  public :: assemble, recover, shift_derivatives
+  public :: assemble, contact_forces, recover, shift_derivatives
 
   !> A point that carries the friction of its cone but for this share is on it.
   real(wp), parameter :: on_cone = 1.0e-6_wp
@@ -60,6 +61,16 @@ contains
       end do
     end do
   end subroutine assemble
+
+  !> The internal force of all elements.
+  subroutine contact_forces(list, x, u, r)
+    type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    real(wp), intent(inout) :: r(:, :) !! (3, nodes) as assemble takes it [force]
+
+    call assemble(list, task_residual, x, u, r)
+  end subroutine contact_forces
 
   !> Takes the forces of the last time away, and notes where the next ones will act. Where elements
   !! are many beside the nodes that is not noted.

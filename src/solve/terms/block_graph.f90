@@ -3,7 +3,7 @@
 module block_graph
   use kinds, only: wp
   use element_lists, only: node_list_t
-  use elmlib, only: routine_none
+  use element_types, only: routine_none
   use block_matrix, only: block_matrix_t, find_block, find_column
   implicit none
   private

@@ -3,7 +3,7 @@
 module body_volumes
   use kinds, only: wp
   use vectors, only: cross, determinant
-  use elmlib, only: routine_none, routine_finite
+  use element_types, only: routine_none, routine_finite
   use system_types, only: system_t
   implicit none
   private

@@ -1,7 +1,8 @@
 !> The bulk: forces, tangent and states of its elements, element by element.
 module bulk_assembly
   use kinds, only: wp
-  use element_types, only: task_tangent, task_residual, task_stress, task_reach
+  use element_types, only: task_tangent, task_residual, task_stress, task_reach, routine_none, &
+    routine_finite
   use solid_types, only: solid_t, d_youngs_modulus, d_poissons_ratio, d_mean
   use law_linear, only: lame
   use law_neohooke, only: neohooke_point
@@ -9,7 +10,7 @@ module bulk_assembly
     strain_tetrahedra, form_tangents, is_reach_far
   use element_lists, only: bulk_list_t, threads_of
   use element_parts, only: part_nodes, elements_of_part
-  use elmlib, only: solid_routine, routine_none, routine_finite
+  use elmlib, only: solid_routine
   use block_matrix, only: block_matrix_t, find_column
   implicit none
   private

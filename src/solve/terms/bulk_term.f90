@@ -8,7 +8,7 @@ module bulk_term
   use bulk_laws, only: bulk_law
   use bulk_memory, only: memory_shape
   use element_lists, only: allocate_bulk, bulk_list_t, volume_list_t
-  use elmlib, only: routine_t4, routine_small, routine_finite
+  use element_types, only: routine_t4, routine_small, routine_finite
   use model_types, only: model_t
   use block_matrix, only: block_matrix_t, sum_absolute
   use block_graph, only: build_graph, locate_elements

@@ -1,7 +1,7 @@
 !> Candidates: the nodes that contact may touch, foreseen from the prescribed motion.
 module candidates
   use kinds, only: wp
-  use elmlib, only: routine_none, routine_smooth
+  use element_types, only: routine_none, routine_smooth
   use element_lists, only: master_nodes
   use model_types, only: model_t
   use contact_types, only: pair_t

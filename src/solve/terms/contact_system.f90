@@ -1,11 +1,10 @@
 !> The contact elements of a system: targets to elements, elements to targets.
 module contact_system
   use kinds, only: wp
-  use costs, only: begin_cost, end_cost, count_cost, cost_search, cost_cells, cost_t
-  use element_types, only: status_off, status_open
-  use elmlib, only: routine_none
+  use costs, only: begin_cost, end_cost, cost_search, cost_t
+  use element_types, only: status_off, status_open, routine_none
   use element_lists, only: element_list_t
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points, point_position, point_lift, coupling
@@ -13,20 +12,16 @@ module contact_system
   use contact_overlap, only: withheld_gap
   use rigid_bodies, only: nothing_deforms
   use master_facets, only: is_quadratic, facet_routine
-  use contact_targets, only: begin_increment, follow_apexes, settle_points
+  use contact_targets, only: begin_increment, follow_apexes
   use contact_apexes, only: touches
-  use mortar_history, only: settle_mortar
-  use mortar_points, only: keep_points
   use smooth_normals, only: project_on_master
-  use friction_laws, only: keeps_path
-  use apex_ways, only: way_of_apex
   use first_touch, only: withhold_friction, place_touches
   use softening, only: hold_coefficients
   use system_types, only: system_t
-  use system_parts, only: positions_t, contact_places_t
+  use system_parts, only: positions_t
   implicit none
   private
-  public :: restart_points, move_targets, load_contact, settle_contact
+  public :: restart_points, move_targets, load_contact
 
   !> Points whose gap is larger than this many search radii take no part in a solve.
   real(wp), parameter :: open_radii = 1.0_wp
@@ -97,7 +92,7 @@ contains
         call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
       end do
     end do
-    call hold_coefficients(model, system)
+    call hold_coefficients(model, system%place, system%softening, system%contact)
     call withhold_friction(model, system)
   end subroutine load_contact
 
@@ -127,8 +122,8 @@ contains
       list%path1(element) = point%path
       list%offset(element) = withheld_gap(pair, p)
       list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%history%softened .and. nothing_deforms(system, list%ix(1:list%nel(element), &
-        element))) then
+      if (pair%history%softened .and. nothing_deforms(system%equation, system%tools, &
+        list%ix(1:list%nel(element), element))) then
         list%d(d03_epsilon, element) = pair%points%epsilon(p)
         list%shift(:, element) = 0.0_wp
       end if
@@ -157,63 +152,4 @@ contains
       end if
     end associate
   end subroutine place_nodes
-
-  !> Hands status and apexes of the elements to the working points of the pairs, and what friction
-  !! has dissipated (doc/theory, "Dissipation", eq. (4.9)).
-  subroutine keep_status(model, contact, position, place)
-    type(model_t), intent(inout) :: model !! pairs: status of new
-    type(element_list_t), intent(in) :: contact !! contact elements
-    type(positions_t), intent(in) :: position !! positions of the nodes
-    type(contact_places_t), intent(in) :: place !! where the contact elements are
-    real(wp) :: way(3)
-    integer :: k, p, element
-
-    do k = 1, size(model%pairs)
-      if (allocated(model%pairs(k)%nodes%owner)) cycle
-      do p = 1, count_points(model%pairs(k))
-        element = place%first_point(k) + p - 1
-        associate (point => model%pairs(k)%history%new(p))
-          point%status = contact%status(element)
-          point%path = 0.0_wp
-          if (point%status <= status_open) then
-            point%way = 0.0_wp
-            cycle
-          end if
-          way = way_of_apex(contact, element, position%x_now)
-          point%dissipation = point%dissipation + contact%d(d03_epsilon, element) &
-            *dot_product(contact%slip(:, element), way)
-          point%way = point%way + way
-          point%apex = contact%h2(:, element)
-          if (keeps_path(model%pairs(k)%law)) then
-            point%path = contact%path2(element)
-          else
-            point%path = contact%path1(element) + norm2(way)
-          end if
-        end associate
-      end do
-    end do
-  end subroutine keep_status
-
-  !> Commits the history of an accepted increment.
-  subroutine settle_contact(model, contact, costs, position, place)
-    type(model_t), intent(inout) :: model !! pairs: new becomes old
-    type(element_list_t), intent(in) :: contact !! contact elements
-    type(cost_t), intent(inout) :: costs !! cost table
-    type(positions_t), intent(in) :: position !! positions of the nodes
-    type(contact_places_t), intent(in) :: place !! where the contact elements are
-    integer :: k
-
-    call keep_status(model, contact, position, place)
-    do k = 1, size(model%pairs)
-      if (model%pairs(k)%mortar) then
-        call settle_mortar(model%pairs(k), contact%status(place%first_point(k): &
-          place%first_point(k + 1) - 1), position%x_now)
-      else
-        if (allocated(model%pairs(k)%nodes%owner)) call keep_points(model%pairs(k), position%x_now)
-        call settle_points(model%pairs(k), position%x_now)
-      end if
-      call count_cost(costs, cost_cells, model%pairs(k)%history%cuts)
-      model%pairs(k)%history%cuts = 0
-    end do
-  end subroutine settle_contact
 end module contact_system

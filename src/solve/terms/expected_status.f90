@@ -3,8 +3,7 @@
 !! "Predicted active set", eq. (11.2)).
 module expected_status
   use kinds, only: wp
-  use element_types, only: status_open, status_slip
-  use elmlib, only: routine_none
+  use element_types, only: status_open, status_slip, routine_none
   use model_types, only: model_t
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position

@@ -5,9 +5,8 @@
 module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch
-  use element_types, only: status_open, status_stick
-  use elmlib, only: routine_none
-  use elmt03, only: d03_mu
+  use element_types, only: status_open, status_stick, routine_none
+  use element_parameters, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t, master_surface_t, contact_point_t, forget_moves
@@ -267,7 +266,7 @@ contains
         if (model%pairs(k)%smooth) call find_shapes(model%pairs(k)%surface, system)
         if (allocated(model%pairs(k)%points%side%patch)) &
           call find_shapes(model%pairs(k)%points%side, system)
-        call find_start(model%pairs(k), system, k)
+        system%touch%start(:, k) = start_of(model%pairs(k), system, k)
       end if
       ! targets that points have left without friction do not bind
       call forget_moves(model%pairs(k))
@@ -349,13 +348,14 @@ contains
   end subroutine find_shapes
 
   !> When each slave body comes to its first touch, as a share of the increment.
-  subroutine find_start(pair, system, k)
+  function start_of(pair, system, k) result(start)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(inout) :: system !! touch gets start
+    type(system_t), intent(in) :: system !! touch with its free way
     integer, intent(in) :: k !! number of the pair
+    real(wp) :: start(0:system%body%bodies)
     integer :: p, body
 
-    system%touch%start(:, k) = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
+    start = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
     do p = 1, count_points(pair)
       if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
       if (.not. is_waiting(pair, system, k, p)) cycle
@@ -363,12 +363,11 @@ contains
       if (.not. system%touch%empty(body, k)) cycle
       if (body > 0) then
         ! what nothing holds falls at once
-        if (system%body%floating(body)) system%touch%start(body, k) = 0.0_wp
+        if (system%body%floating(body)) start(body) = 0.0_wp
       end if
-      system%touch%start(body, k) = min(system%touch%start(body, k), touch_time(pair, &
-        system%touch, system%position%x_old, p))
+      start(body) = min(start(body), touch_time(pair, system%touch, system%position%x_old, p))
     end do
-  end subroutine find_start
+  end function start_of
 
   !> Start apexes of the points that were open: where their ways meet the surface.
   subroutine place_touches(model, system, all_points)

@@ -8,7 +8,7 @@ module force_scales
   use rigid_bodies, only: rigid_loads
   implicit none
   private
-  public :: begin_scales, note_forces, force_scale, in_bounds, longest_step, &
+  public :: scales_of, least_forces, force_scale, in_bounds, longest_step, &
     needed_accuracy, least_meaning
 
   !> No node goes farther in a run than this many times the size of the model, beyond what is
@@ -28,16 +28,18 @@ module force_scales
 contains
 
   !> Scales of an increment: the loads at its end, the forces of the last state, and the bounds.
-  pure subroutine begin_scales(x, state, system)
+  pure function scales_of(x, state, system) result(scale)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(state_t), intent(in) :: state !! last converged state
-    type(system_t), intent(inout) :: system !! u (prescribed) and external given; gets the scales
+    type(system_t), intent(in) :: system !! u (prescribed), external, scales that stay
+    type(scales_t) :: scale
     real(wp) :: low(3), high(3), prescribed
     integer :: i, k
 
-    system%scale%given_forces = max(norm_of(state%reaction), &
+    scale = system%scale
+    scale%given_forces = max(norm_of(state%reaction), &
       hypot(norm_of(system%loads%external), rigid_loads(system%tools)))
-    system%scale%seen_forces = 0.0_wp
+    scale%seen_forces = 0.0_wp
     call find_extent(x, low, high)
     prescribed = 0.0_wp
     do i = 1, size(system%equation, 2)
@@ -45,9 +47,9 @@ contains
         if (system%equation(k, i) == 0) prescribed = max(prescribed, abs(system%u(k, i)))
       end do
     end do
-    system%scale%bound = farthest_reference*norm2(high - low) + largest_of(state%u) + prescribed
-    system%scale%stroke = largest_of(system%u - state%u)
-  end subroutine begin_scales
+    scale%bound = farthest_reference*norm2(high - low) + largest_of(state%u) + prescribed
+    scale%stroke = largest_of(system%u - state%u)
+  end function scales_of
 
   !> Residual over right-hand side that an iterative solver may leave of a direction: as many
   !! digits as Newton can use, a tenth of the square of the share that the last iteration left.
@@ -71,16 +73,17 @@ contains
 
   !> Takes the forces of an iterate for what they are in this increment, if none before were
   !! smaller. So a runaway cannot make its own residual look small.
-  pure subroutine note_forces(system, form)
-    type(system_t), intent(inout) :: system !! residual formed; gets seen_forces
+  pure real(wp) function least_forces(system, form) result(least)
+    type(system_t), intent(in) :: system !! residual formed
     type(form_t), intent(in) :: form !! its kind answers
     real(wp) :: forces
 
     forces = internal_forces(system, form)
+    least = system%scale%seen_forces
     if (forces <= 0.0_wp) return
-    if (system%scale%seen_forces <= 0.0_wp) system%scale%seen_forces = forces
-    system%scale%seen_forces = min(system%scale%seen_forces, forces)
-  end subroutine note_forces
+    if (least <= 0.0_wp) least = forces
+    least = min(least, forces)
+  end function least_forces
 
   !> Norm of the nodal forces of supports and contact at the iterate.
   pure real(wp) function internal_forces(system, form) result(norm)

@@ -2,8 +2,7 @@
 !! the field's conditions leave of them (doc/theory, "Multiplier fields", eq. (7.11)).
 module point_forces
   use kinds, only: wp
-  use element_types, only: status_open
-  use elmlib, only: routine_none
+  use element_types, only: status_open, routine_none
   use model_types, only: model_t
   use contact_points, only: count_points
   use element_lists, only: master_nodes

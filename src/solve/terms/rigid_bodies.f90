@@ -50,7 +50,7 @@ contains
   end subroutine start_rigid
 
   !> A node moves with the unknowns of a rigid body.
-  pure logical function is_carried(tools, node) result(yes)
+  elemental logical function is_carried(tools, node) result(yes)
     type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: node !! the node
 
@@ -59,12 +59,12 @@ contains
   end function is_carried
 
   !> All nodes of a contact element are prescribed.
-  pure logical function nothing_deforms(system, nodes) result(yes)
-    type(system_t), intent(in) :: system !! equations, rigid bodies
+  pure logical function nothing_deforms(equation, tools, nodes) result(yes)
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
     integer, intent(in) :: nodes(:) !! of the element
 
-    yes = all(system%equation(:, nodes) == 0)
-    if (yes .and. allocated(system%tools%carried_by)) yes = all(system%tools%carried_by(nodes) == 0)
+    yes = all(equation(:, nodes) == 0) .and. .not. any(is_carried(tools, nodes))
   end function nothing_deforms
 
   !> Start of an increment: prescribed motions and loads at its end, the free ones where they were.

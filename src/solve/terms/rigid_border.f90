@@ -5,10 +5,9 @@ module rigid_border
   use rotations, only: spin
   use vectors, only: identity
   use lapack_interface, only: dgetrf, dgetrs
-  use elmt03, only: d03_epsilon
+  use element_parameters, only: d03_epsilon
   use back_ends, only: nodes_t, solver_done, solver_singular
-  use element_types, only: status_open
-  use elmlib, only: routine_none
+  use element_types, only: status_open, routine_none
   use linear_solver, only: factorise_matrix, solve_system, describe_matrix
   use block_matrix, only: block_matrix_t, find_block
   use bulk_products, only: give_bulk
@@ -177,8 +176,8 @@ contains
 
   !> Factorises the matrix of the nodes and what it leaves of the corner.
   subroutine factorise_bordered(system, form, symmetric, outcome)
-    type(system_t), intent(inout) :: system !! csc and border given; factor and answers made
-    type(form_t), intent(inout) :: form !! gets border, matrix
+    type(system_t), intent(in) :: system !! its unknowns
+    type(form_t), intent(inout) :: form !! csc and border given; factor and answers made
     logical, intent(in) :: symmetric !! the matrix of the nodes may be taken for symmetric
     integer, intent(out) :: outcome !! one of the outcomes of the solver
     integer :: k, info

@@ -2,16 +2,16 @@
 !! coefficients that it had at the start of the increment until it slips with them.
 module softening
   use kinds, only: wp
-  use element_types, only: status_slip
-  use elmlib, only: routine_none
-  use elmt03, only: d03_mu, d03_law, d03_area
+  use element_types, only: status_slip, routine_none
+  use element_parameters, only: d03_mu, d03_law, d03_area
   use friction_laws, only: keeps_path, hold_path, n_law_values
   use friction_return, only: has_friction
   use model_types, only: model_t
   use contact_types, only: pair_t
   use contact_points, only: count_points
-  use system_types, only: system_t
   use softening_state, only: softening_t
+  use element_lists, only: element_list_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: begin_softening, hold_coefficients, find_softening
@@ -58,21 +58,23 @@ contains
   end function place_of
 
   !> Gives the elements of points that do not follow the coefficients that they are held at.
-  pure subroutine hold_coefficients(model, system)
+  pure subroutine hold_coefficients(model, place, softening, contact)
     type(model_t), intent(in) :: model !! pairs with their working points
-    type(system_t), intent(inout) :: system !! contact elements made
-    integer :: k, p, element, place
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
+    type(softening_t), allocatable, intent(in) :: softening(:) !! (pairs) if some law softens
+    type(element_list_t), intent(inout) :: contact !! elements made; get coefficients
+    integer :: k, p, element, n
 
-    if (.not. allocated(system%softening)) return
+    if (.not. allocated(softening)) return
     do k = 1, size(model%pairs)
       if (.not. keeps_path(model%pairs(k)%law)) cycle
       do p = 1, count_points(model%pairs(k))
-        element = system%place%first_point(k) + p - 1
-        if (system%contact%routine(element) == routine_none) cycle
-        place = place_of(model%pairs(k), p)
-        if (system%softening(k)%follows(place)) cycle
-        associate (d => system%contact%d(:, element))
-          call hold_path(system%contact%path1(element) + system%softening(k)%ahead(place), &
+        element = place%first_point(k) + p - 1
+        if (contact%routine(element) == routine_none) cycle
+        n = place_of(model%pairs(k), p)
+        if (softening(k)%follows(n)) cycle
+        associate (d => contact%d(:, element))
+          call hold_path(contact%path1(element) + softening(k)%ahead(n), &
             d(d03_law:d03_area - 1), d(d03_mu:d03_mu + 1))
         end associate
       end do
@@ -82,26 +84,30 @@ contains
   !> After a solve that has settled: points that slip with the coefficients at which they are held.
   !! As long as these would be clearly others after their slip, they are held at those; then they
   !! follow. The increment is to be solved again.
-  pure subroutine find_softening(model, system, found)
+  pure subroutine find_softening(model, contact, place, softening, found)
     type(model_t), intent(in) :: model !! pairs with their working points
-    type(system_t), intent(inout) :: system !! converged; softening
+    type(element_list_t), intent(in) :: contact !! contact elements, converged
+    type(contact_places_t), intent(in) :: place !! where they are
+    type(softening_t), allocatable, intent(inout) :: softening(:) !! (pairs) if some law softens
     integer, intent(out) :: found !! such points
     integer :: k
 
     found = 0
-    if (.not. allocated(system%softening)) return
+    if (.not. allocated(softening)) return
     do k = 1, size(model%pairs)
-      if (keeps_path(model%pairs(k)%law)) call soften(model%pairs(k), k, system, found)
+      if (keeps_path(model%pairs(k)%law)) call soften(model%pairs(k), contact, &
+        place%first_point(k) - 1, softening(k), found)
     end do
   end subroutine find_softening
 
   !> The same for one pair.
-  pure subroutine soften(pair, k, system, found)
+  pure subroutine soften(pair, list, before_first, softening, found)
     type(pair_t), intent(in) :: pair !! the pair
-    integer, intent(in) :: k !! its number
-    type(system_t), intent(inout) :: system !! converged; softening
+    type(element_list_t), intent(in) :: list !! contact elements, converged
+    integer, intent(in) :: before_first !! so many come before those of the pair
+    type(softening_t), intent(inout) :: softening !! of the pair
     integer, intent(inout) :: found !! grows by such points
-    real(wp) :: way(size(system%softening(k)%ahead)), mu(2), values(n_law_values)
+    real(wp) :: way(size(softening%ahead)), mu(2), values(n_law_values)
     logical :: far
     integer :: p, element, place, before
 
@@ -109,12 +115,12 @@ contains
     far = .false.
     before = found
     do p = 1, count_points(pair)
-      element = system%place%first_point(k) + p - 1
-      if (system%contact%routine(element) == routine_none) cycle
-      if (system%contact%status(element) /= status_slip) cycle
+      element = before_first + p
+      if (list%routine(element) == routine_none) cycle
+      if (list%status(element) /= status_slip) cycle
       place = place_of(pair, p)
-      associate (list => system%contact, now => system%contact%d(d03_mu:d03_mu + 1, element))
-        if (system%softening(k)%follows(place) .or. .not. any(has_friction(now))) cycle
+      associate (now => list%d(d03_mu:d03_mu + 1, element))
+        if (softening%follows(place) .or. .not. any(has_friction(now))) cycle
         found = found + 1
         way(place) = max(way(place), list%path2(element) - list%path1(element))
         mu = pair%friction%mu
@@ -124,13 +130,11 @@ contains
       end associate
     end do
     if (found == before) return
-    associate (softening => system%softening(k))
-      softening%passes = softening%passes + 1
-      if (far .and. softening%passes < most_softening_passes) then
-        softening%ahead = max(softening%ahead, way)
-      else
-        softening%follows = softening%follows .or. way > 0.0_wp .or. softening%ahead > 0.0_wp
-      end if
-    end associate
+    softening%passes = softening%passes + 1
+    if (far .and. softening%passes < most_softening_passes) then
+      softening%ahead = max(softening%ahead, way)
+    else
+      softening%follows = softening%follows .or. way > 0.0_wp .or. softening%ahead > 0.0_wp
+    end if
   end subroutine soften
 end module softening

@@ -4,14 +4,12 @@
 module supports
   use kinds, only: wp
   use vectors, only: cross
-  use element_types, only: status_open, status_stick
+  use element_types, only: status_open, status_stick, routine_none, routine_smooth
   use element_lists, only: slave_point, master_nodes, side_nodes, element_list_t
-  use elmlib, only: routine_none
   use lapack_interface, only: dsyev
   use facet_geometry, only: project_on_facet, facet_normal
-  use quadratic_facet, only: projection_t, project_quadratic, facet_flat
-  use elmlib, only: routine_smooth, facet_of_routine
-  use elmt04, only: d04_patch, d04_size
+  use quadratic_facet, only: projection_t, project_quadratic, facet_flat, facet_of_routine
+  use element_parameters, only: d04_patch
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: form_t, system_t
@@ -22,7 +20,7 @@ module supports
   implicit none
   private
   public :: soft_springs, unresisted, free_motion, free_motions, model_extent, &
-    find_floating_bodies, find_unheld, regularise_bodies, closing_length, close_bodies
+    find_floating_bodies, unheld_bodies, regularise_bodies, closing_length, close_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -220,32 +218,30 @@ contains
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
   !! soft springs hold nothing but what contact hardly resists, and whose matrix has no digits left.
-  subroutine find_unheld(x, system, form)
+  function unheld_bodies(x, system, form) result(unheld)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! status of contact elements; gets regularised
+    type(system_t), intent(in) :: system !! status of contact elements
     type(form_t), intent(in) :: form !! its kind answers
+    logical :: unheld(system%body%bodies)
     real(wp) :: motion(6)
     integer :: body
 
-    system%body%regularised = .false.
+    unheld = .false.
     if (system%body%damping > 0.0_wp) return
     do body = 1, system%body%bodies
       if (system%body%floating(body)) call free_motion(x, system, body, .true., &
-        system%body%regularised(body), motion, tracks=system%body%settled .and. &
-        form%kind%knows_inside)
+        unheld(body), motion, tracks=system%body%settled .and. form%kind%knows_inside)
     end do
-  end subroutine find_unheld
+  end function unheld_bodies
 
   !> Regularises the bodies that nothing holds at present: springs in the tangent only, so that the
   !! residual, and with it the solution, does not know of them.
-  subroutine regularise_bodies(x, system, form)
-    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! matrix gets springs, regularised is set
-    type(form_t), intent(inout) :: form !! its kind given; gets matrix
+  subroutine regularise_bodies(system, form)
+    type(system_t), intent(in) :: system !! those that nothing holds are known
+    type(form_t), intent(inout) :: form !! matrix gets springs
     real(wp) :: damping(system%body%bodies)
     integer :: node, place, k
 
-    call find_unheld(x, system, form)
     if (system%body%damping <= 0.0_wp .and. .not. any(system%body%regularised)) return
     damping = [(system%body%damping/real(max(1, count(system%body%node_body == k)), wp), k=1, &
       system%body%bodies)]
@@ -422,7 +418,7 @@ contains
       if (p%found) return
     end if
     if (system%contact%routine(k) == routine_smooth) then
-      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:d04_size, k)), &
+      call project_on_patch(y(:, 2:4), patch_from_values(system%contact%d(d04_patch:, k)), &
         y(:, 1), xi, gap)
     else
       call project_on_facet(y(:, 2:4), y(:, 1), xi, gap)

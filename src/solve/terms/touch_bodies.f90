@@ -9,7 +9,7 @@ module touch_bodies
   use facet_geometry, only: corners, facet_normal
   use springs, only: is_supported
   use element_types, only: status_open
-  use elmt03, only: d03_mu
+  use element_parameters, only: d03_mu
   use element_lists, only: side_nodes
   use friction_return, only: has_friction
   use contact_points, only: count_points

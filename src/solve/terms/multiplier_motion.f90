@@ -4,8 +4,7 @@
 module multiplier_motion
   use kinds, only: wp
   use vectors, only: product_of
-  use element_types, only: element_t, task_stress, n_element_stress
-  use elmlib, only: routine_none
+  use element_types, only: element_t, task_stress, n_element_stress, routine_none
   use model_types, only: model_t
   use contact_parameters, only: shifts_gap, has_field, point_shift
   use contact_types, only: contact_point_t, pair_t
@@ -17,12 +16,11 @@ module multiplier_motion
   use gmres, only: gmres_t, begin_gmres, add_image, gmres_solution
   use system_types, only: form_t, system_t
   use element_lists, only: element_list_t
-  use system_parts, only: contact_places_t
+  use system_parts, only: contact_places_t, rigid_part_t
   use multiplier_types, only: multiplier_motion_t
   implicit none
   private
-  public :: take_multipliers, add_multipliers, settle_multipliers, &
-    multipliers_fit, hand_back_multipliers
+  public :: take_multipliers, add_multipliers, multipliers_fit, hand_back_multipliers
 
   !> Shares of what the multipliers lack that a direction may leave.
   real(wp), parameter :: finest_multipliers = 1.0e-8_wp, coarsest_multipliers = 1.0e-2_wp
@@ -42,37 +40,40 @@ module multiplier_motion
 contains
 
   !> The multipliers of the working points, at the start of a solve.
-  subroutine take_multipliers(model, system)
+  subroutine take_multipliers(model, equation, tools, contact, place, motion)
     type(model_t), intent(in) :: model !! pairs with their working points
-    type(system_t), intent(inout) :: system !! contact elements loaded; gets motion
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
+    type(element_list_t), intent(in) :: contact !! contact elements loaded
+    type(contact_places_t), intent(in) :: place !! where they are
+    type(multiplier_motion_t), intent(inout) :: motion !! begins
     type(contact_point_t) :: unit
     real(wp) :: kappa(3)
     integer :: k, p, element
 
     unit%lambda = 1.0_wp
-    associate (n => system%contact%n, motion => system%motion)
+    associate (n => contact%n, dofs => 3*size(contact%ix, 1))
       if (.not. allocated(motion%scale)) allocate (motion%scale(n), motion%start(3, n), &
-        motion%way(3, n), motion%force(3, n), motion%by_place(3, 3*size(system%contact%ix, 1), n), &
-        motion%by_shift(3, 3, n), motion%of_nodes(3, 3*size(system%contact%ix, 1), n), &
-        source=0.0_wp)
-      motion%scale = 0.0_wp
-      motion%start = 0.0_wp
-      motion%way = 0.0_wp
-      motion%force = 0.0_wp
-      motion%rest = 0.0_wp
-      do k = 1, size(model%pairs)
-        if (.not. shifts_gap(model%pairs(k))) cycle
-        do p = 1, count_points(model%pairs(k))
-          element = system%place%first_point(k) + p - 1
-          if (system%contact%routine(element) == routine_none) cycle
-          if (model%pairs(k)%history%softened .and. nothing_deforms(system, &
-            system%contact%ix(1:system%contact%nel(element), element))) cycle
-          kappa = point_shift(model%pairs(k), p, unit)
-          motion%scale(element) = kappa(1)
-          motion%start(:, element) = model%pairs(k)%history%new(p)%lambda
-        end do
-      end do
+        motion%way(3, n), motion%force(3, n), motion%by_place(3, dofs, n), &
+        motion%by_shift(3, 3, n), motion%of_nodes(3, dofs, n), source=0.0_wp)
     end associate
+    motion%scale = 0.0_wp
+    motion%start = 0.0_wp
+    motion%way = 0.0_wp
+    motion%force = 0.0_wp
+    motion%rest = 0.0_wp
+    do k = 1, size(model%pairs)
+      if (.not. shifts_gap(model%pairs(k))) cycle
+      do p = 1, count_points(model%pairs(k))
+        element = place%first_point(k) + p - 1
+        if (contact%routine(element) == routine_none) cycle
+        if (model%pairs(k)%history%softened .and. nothing_deforms(equation, tools, &
+          contact%ix(1:contact%nel(element), element))) cycle
+        kappa = point_shift(model%pairs(k), p, unit)
+        motion%scale(element) = kappa(1)
+        motion%start(:, element) = model%pairs(k)%history%new(p)%lambda
+      end do
+    end do
   end subroutine take_multipliers
 
   !> Adds to a direction with fixed multipliers the way that these go, and what it does to it.
@@ -253,26 +254,23 @@ contains
     end associate
   end function forces_of_way
 
-  !> Moves the multipliers by the step that has been taken.
-  pure subroutine settle_multipliers(motion, length)
-    type(multiplier_motion_t), intent(inout) :: motion !! motion
-    real(wp), intent(in) :: length !! share of the way
-
-    motion%start = motion%start + length*motion%way
-    motion%way = 0.0_wp
-  end subroutine settle_multipliers
-
   !> No pair has multipliers that differ from its forces by more than a share of its largest force.
   logical function multipliers_fit(model, system) result(fit)
     type(model_t), intent(in) :: model !! pairs
-    type(system_t), intent(inout) :: system !! contact elements, u, motion
+    type(system_t), intent(in) :: system !! contact elements, u, motion
     type(point_forces_t) :: at(size(model%pairs))
-    real(wp), dimension(3, system%contact%n) :: multiplier
+    type(element_t) :: e
+    real(wp), dimension(3, system%contact%n) :: force, multiplier
     integer :: k
 
     call find_fields(model, system, at)
-    call form_tangent_of_forces(model%mesh%x, system%contact, system%u, system%motion, .true.)
-    call project(model, system%place, at, system%motion%force, multiplier)
+    force = 0.0_wp
+    do k = 1, system%contact%n
+      if (system%motion%scale(k) <= 0.0_wp) cycle
+      call shift_derivatives(system%contact, k, model%mesh%x, system%u, e)
+      force(:, k) = e%stress(1:3)
+    end do
+    call project(model, system%place, at, force, multiplier)
     fit = .true.
     do k = 1, size(model%pairs)
       if (.not. shifts_gap(model%pairs(k))) cycle
