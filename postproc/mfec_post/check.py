@@ -18,6 +18,7 @@ from .proof_mortar import NodeJudge
 from .proof_nodal import NodalStress
 from .proof_run import Refusal, Run, cross
 from .proof_smooth import Shapes
+from .proof_touch import Ways
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -45,6 +46,10 @@ class Proof:
         if any(pair.points == AT_NODES for pair in self.pairs):
             self.ledger.form = MORTAR
         self.stiff = self.bodies.stiffest * self.run.shortest  # a force per length
+        self.ways = Ways(self.run, all(block.law == 1 for block in self.bodies.blocks))
+        self.last: tuple[float, Any] = (0.0, [np.zeros_like(self.run.x0)])  # its length, displacements
+        for judge in self.judges:
+            judge.motion = self.ways
         if not self.run.steps:
             self.ledger.leave('fields', 'no output time has fields')
         for k in range(self.run.steps):
@@ -71,10 +76,29 @@ class Proof:
         sides = [pair.forces(p, x) for pair, p in zip(self.pairs, points)]
         forces = sum((here + there for here, there in sides), np.zeros_like(x))
         self.equilibrium(float(run.times[k]), u, reaction, internal, forces, moment)
+        time = float(run.times[k])
         cut = abs(begin - last) > 1e-9 * max(abs(last), 1e-12)
+        self.ways.x = None
+        if self.pairs and not cut and self.ways.sure and self.last[0] >= 0:
+            self.ways.take(time, begin, [u, *self.last[1]], self.last[0])
+        # what the next increment goes on from
+        self.last = (-1.0, [u]) if cut else (time - begin, [u, self.last[1][0]])
+        self.lay(k, x)
         penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))
         self.tables(reaction, [here for here, _ in sides], x)
         self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p in points))
+
+    def lay(self, k: int, x: Array) -> None:
+        """The axes of mu1 at the nodes of masters: means of those of their facets."""
+        written, own = self.run.field('PointData', 'lay', k), np.zeros_like(x)
+        if written is None or any(pair.smooth or pair.curved.any() for pair in self.pairs):
+            return
+        for pair in self.pairs:
+            if pair.mu[0] != pair.mu[1]:
+                pair.add_lay(x, own)
+        size = np.linalg.norm(own, axis=1, keepdims=True)
+        self.ledger.judge('lay of the nodes', own / np.where(size > 0, size, 1) - written, self.run.numbers,
+                          only=np.isfinite(size[:, 0]))
 
     def stresses(self, k: int, stress: Array) -> None:
         """Stress of the cells, and what is formed from written stresses."""

@@ -3,9 +3,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .proof_contact import NEXT, Pair, Points, frame_of
+from .proof_contact import MORTAR, NEXT, OPEN, STICK, Pair, Points, frame_of
 from .proof_lines import Array, Ledger
-from .proof_run import cross, triangle
+from .proof_run import cross, joined, triangle
+
+CORNERS, SLIPPED = np.array([[1.0, 0], [0, 1], [0, 0]]), 0.05  # of a facet; what slips may move in its cell
 
 
 def places(pair: Pair, nodes: Array, m: Array) -> tuple[Array, Array]:
@@ -58,3 +60,59 @@ def judge_cover(pair: Pair, p: Points, x: Array, ledger: Ledger) -> None:
     ledger.judge('points: exact on whole facets', moments.sum(2) - 1 / 3, who, only=full)
     ledger.judge('points: exact on whole facets', moments - (1 + np.eye(3)) / 12, who,
                  only=full & (each > 1))
+
+
+def clipped(q: Array) -> Array:
+    """Area over that of the unit triangle, and first moments, of the part of triangles in it, (n, 3)."""
+    for edge in np.array([[1, 0, 0], [0, 1, 0], [-1, -1, 1]]):
+        d, on, m = q @ edge[:2] + edge[2], np.roll(q, -1, 1), 2 * q.shape[1]
+        to = np.roll(d, -1, 1)
+        crosses = (np.minimum(d, to) < 0) & (np.maximum(d, to) > 0)
+        t = d / np.where(crosses, d - to, 1)
+        every = np.stack([q, q + t[..., None] * (on - q)], 2).reshape(len(q), m, 2)
+        kept = np.stack([d >= 0, crosses], 2).reshape(len(q), m)
+        last = np.maximum.accumulate(np.where(kept, np.arange(m), -1), 1)  # others stand on the one before
+        last = np.where(last < 0, last[:, -1:], last)
+        q = np.take_along_axis(every, np.maximum(last, 0)[..., None], 1) * kept.any(1)[:, None, None]
+    a, b = q[:, 1:-1] - q[:, :1], q[:, 2:] - q[:, :1]
+    part = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    first = q[:, 0] * part.sum(1)[:, None] + ((a + b) * part[..., None]).sum(1) / 3
+    return np.concatenate([part.sum(1)[:, None], first], 1)
+
+
+def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, ledger: Ledger) -> None:
+    """Cells against what their master facets leave of the slave facet, cut anew where they say that they
+    were made; since then their points have hardly moved over the master. `xi`: where they are."""
+    used = p.at
+    if p.place is None or not len(used):
+        return
+    status, who = p.status[used], pair.run.numbers[p.nodes[used, 0]]
+    way = np.abs(np.where(((status > OPEN) & (pair.points != MORTAR))[:, None], p.tip[used], xi)
+                 - p.place[used]).max(1)
+    most = 0.0 if pair.points == MORTAR else np.where(status == STICK, 1e-3, SLIPPED)
+    ledger.judge('cells: where their points are', np.maximum(0, way - most), who)
+    if pair.bent or p.nodes.shape[1] > 3:
+        ledger.leave('cells: clips of facets', 'curved facets', len(used))
+        return
+    keys, group = np.unique(np.concatenate([p.nodes[used], p.host[used, None]], 1), axis=0,
+                            return_inverse=True)
+    group, w = group.ravel(), np.concatenate([p.weight[used, :2], np.ones((len(used), 1))], 1)
+    size = places(pair, keys[:, :3], np.full((len(keys), 3), 1 / 3))[1]
+    own, normal, right = np.zeros((len(keys), 3)), np.zeros((len(keys), 3, 3)), np.zeros((len(keys), 3, 2))
+    np.add.at(own, group, (p.area[used] / size[group])[:, None] * w[:, [2, 0, 1]])
+    np.add.at(normal, group, w[:, :, None] * w[:, None, :])
+    np.add.at(right, group, w[:, :, None] * p.place[used][:, None, :])
+    large = (own[:, 0] > 1e-3) & (np.bincount(group) >= 3)
+    keys, own, normal, right = (v[large] for v in (keys, own, normal, right))
+    s, m = x[keys[:, :3]], x[pair.facets[keys[:, 3]]]
+    # where the corners of each are in the other now, and of the master's in the slave when it was cut
+    here, there = (np.einsum('nij,nkj->nki', np.linalg.inv(frame_of(a)), b - a[:, 2:])[:, :, :2]
+                   for a, b in ((m, s), (s, m)))
+    now = np.concatenate([here[:, :2] - here[:, 2:], here[:, 2:]], 1)
+    q = [np.linalg.solve(map_[:, :2].swapaxes(1, 2), (CORNERS - map_[:, 2:]).swapaxes(1, 2)).swapaxes(1, 2)
+         for map_ in (np.linalg.solve(normal, right), now)]
+    part = clipped(q[0] + there - q[1])
+    part *= np.sign(part[:, :1])
+    if len(np.unique(joined(len(x), [pair.facets])[pair.facets])) > 1:  # parts may lie over each other
+        own = np.stack([np.maximum(own[:, 0], part[:, 0]), part[:, 1], part[:, 2]], 1)
+    ledger.judge('cells: clips of facets', part - own, pair.run.numbers[keys[:, 0]])

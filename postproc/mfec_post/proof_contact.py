@@ -5,6 +5,7 @@ flat, quadratic, part of an exact sphere or cylinder, or a patch of smooth surfa
 from __future__ import annotations
 
 import copy
+from types import SimpleNamespace
 from typing import Any, Optional
 
 import numpy as np
@@ -15,7 +16,7 @@ from .proof_run import Run, cross, triangle
 CIRCUMFERENTIAL, RADIAL, FIELD = 2, 3, 4
 OPEN, STICK, SLIP = 0, 1, 2
 FIELDS = ('host', 'status', 'traction', 'gap', 'tip', 'lay', 'lay_traction', 'dissipation', 'slip_path',
-          'frictional_slip', 'elastic_slip', 'multiplier')
+          'frictional_slip', 'elastic_slip', 'multiplier', 'place')
 SEGMENTS, MORTAR = -1, -2  # numbers of points in the law
 NEXT, LAST = [1, 2, 0], [2, 0, 1]
 
@@ -67,6 +68,7 @@ class Points:
         self.offset, self.lift = (zero if v is None else v for v in (
             pair.rows(name, k) for name in ('offset', 'lift')))
         self.multiplier: Optional[Array] = take.get('multiplier')
+        self.place: Optional[Array] = take.get('place')
         self.patch = pair.rows('patch', k)
         nodes, self.area, weight = (
             group[name][k] if pair.cells and name in group else group.get(name)
@@ -213,6 +215,18 @@ class Pair:
                         for k in range(3)], axis=0)
         c = np.linalg.solve(old, np.asarray(v)[..., None])[:, :2, 0]
         return unit(np.einsum('ni,nid->nd', c, self.where(p, host, xi, x)[1]))
+
+    def add_lay(self, x: Array, mean: Array) -> None:
+        """Adds the axes of the facets at their corners, no numbers where one has none; the first counts
+        where they disagree about its sign."""
+        probe: Any = SimpleNamespace(host=np.arange(len(self.facets)), patch=None)
+        corners = x[self.facets]
+        axes = np.stack([self.lay_of(probe, probe.host, np.full((len(corners), 2), place), frame_of(
+            corners)[:, :, 2], corners[:, k], x) for k, place in enumerate(np.eye(3)[:, :2])], 1)
+        axes[~(np.linalg.norm(axes, axis=2) > 0.5)] = np.nan
+        for nodes, three in zip(self.facets, axes):
+            for n, axis in zip(nodes, three):
+                mean[n] += -axis if mean[n] @ axis < 0 else axis
 
     def forces(self, p: Points, x: Array) -> tuple[Array, Array]:
         """Forces of the points on all nodes: on the slave's, and on the master's at the apexes

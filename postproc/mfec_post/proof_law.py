@@ -12,11 +12,12 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .proof_cells import judge_cover
+from .proof_cells import judge_clips, judge_cover
 from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, shares, unit
 from .proof_lines import ROUND_OFF, Array, Ledger
-from .proof_paths import carried, judge_touches, over_edge, path_under
+from .proof_paths import carried, over_edge, path_under
 from .proof_run import cross
+from .proof_touch import Ways, judge_first, touch_rows
 
 TINY, NO_FRICTION = 1e-300, 1e-30
 
@@ -63,6 +64,7 @@ class Judge:
         self.x_old: Array = np.zeros(0)
         self.row: dict[str, Any] = {}
         self.covered_once = False
+        self.motion: Optional[Ways] = None
 
     def end_time(self, p: Points, x: Array, scale: float, cut: bool) -> float:
         """All lines of one output time; the energy of the penalty."""
@@ -80,6 +82,7 @@ class Judge:
         if pair.cells or p.nodes.shape[1] > 2 and not self.covered_once:
             judge_cover(pair, p, x, ledger)
             self.covered_once = True
+        judge_clips(pair, p, xi, x, ledger)
         closed = p.status[p.at] > OPEN
         self.row = dict.fromkeys(('active', 'stick', 'slip', 'Fn', 'Ft', 'Ft_nodes', 'max_penetration',
                                   'max_elastic_slip', 'max_criterion'), 0.0)
@@ -176,11 +179,11 @@ class Judge:
                      who, blur, sure)
         ledger.judge('pressure, no tension', np.maximum(0, dot(force, e)) / largest, who, self.noise, sure)
         along = g - dot(g, e)[:, None] * e
+        if p.elastic is not None and not pair.bent:
+            ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at]) / edge, who,
+                         self.noise, sure)
         if plain:
             ledger.judge('closed: no gap', np.maximum(0, gap) / edge, who, only=sure)
-            if p.elastic is not None and not pair.bent:
-                ledger.judge('elastic slip', (np.linalg.norm(along, axis=1) - p.elastic[at]) / edge, who,
-                             self.noise, sure)
         # the law of friction knows the pressure of the depth: on curved facets a little more than the
         # force has, where multipliers stand in for a stiff penalty somewhere between
         depth, normal = p.lay_force[at, 2], -dot(force, e)
@@ -238,7 +241,7 @@ class Judge:
         told = same.copy()
         if not same.all():
             told[~same] = self.new_cells(p, at[~same], c, base, np.flatnonzero(~same))
-        judge_touches(pair, p, at[~base.closed], self.x_old, self.x, self.noise, ledger)
+        judge_first(self, p, at[~base.closed & (same | ~told)])
         self.starts(p, at, same & base.closed & ~self.found_again(p, at, base))
         tangent = c.force - dot(c.force, e)[:, None] * e
         work, long = dot(tangent, c.way), np.linalg.norm(c.way, axis=1)
@@ -284,12 +287,18 @@ class Judge:
         pair, old, x, ledger = self.pair, self.old, self.x_old, self.ledger
         assert old is not None
         told = np.zeros(len(at), bool)
-        if pair.bent or p.nodes.shape[1] > 3 or pair.augmented:
-            ledger.leave('history', 'new cells, curved or with AUGMent', len(at))
-            return told
         used = np.flatnonzero(old.area > 0)
         _, facet = np.unique(np.concatenate([old.nodes[used], p.nodes[at]]), axis=0, return_inverse=True)
         was, now = np.split(facet.ravel(), [len(used)])
+        # friction waits where the closest old point was open
+        off = np.where(now[:, None] == was, np.linalg.norm(p.weight[at][:, None] - old.weight[used], axis=2),
+                       np.inf)
+        touches = (touch_rows(pair, ledger.step, x)[1][p.nodes[at, 0]] >= 0) | ('touch' not in pair.group)
+        touches &= (old.status[used[off.argmin(1)]] <= OPEN) | np.isinf(off.min(1))
+        base.closed[rows] = ~touches
+        if pair.bent or p.nodes.shape[1] > 3 or pair.augmented:
+            ledger.leave('history', 'new cells, curved or with AUGMent', len(at))
+            return told
         s, q = pair.slave(p, at, x), copy.copy(p)
         local = np.linalg.inv(frame_of(x[pair.facets]))
         paths = [path_under(pair, p.host[i], y, x, local) for i, y in zip(at, s)]
@@ -303,8 +312,11 @@ class Judge:
             closed = there[(old.status[there] > OPEN) & (old.host[there] >= 0)]
             base.work[rows[mine]] = old.dissipation[there].sum() * p.area[at[mine]] / p.area[
                 (p.nodes == p.nodes[at[mine[0]]]).all(1)].sum()
-            base.closed[rows[mine]] = len(closed) > 0
+            told[mine] = [paths[i] is not None and not touches[i] for i in mine]
+            beyond += int((~told[mine] & ~touches[mine]).sum())
+            dual = np.linalg.inv(frame_of(corners[mine]))[:, :2]
             if not len(closed):
+                start[mine], base.path[rows[mine]], base.way[rows[mine]] = xi[mine, :2], 0, 0
                 continue
             frame = frame_of(x[old.nodes[closed[:1]]])[0]
             frame = np.stack([unit(frame[:, 0]), cross(frame[:, 2], unit(frame[:, 0])), frame[:, 2]], 1)
@@ -329,18 +341,13 @@ class Judge:
             way, path = base.way[rows[mine]], base.path[rows[mine]]  # never longer than its path
             base.way[rows[mine]] = way * np.minimum(1, path / np.maximum(np.linalg.norm(way, axis=1), TINY)
                                                     )[:, None]
-            # where the closest old point was open the place of closure counts
-            near = there[np.linalg.norm(old.weight[there] - p.weight[at[mine], None], axis=2).argmin(1)]
-            told[mine] = [paths[i] is not None for i in mine] & (old.status[near] > OPEN)
-            beyond += int((~told[mine]).sum())
             slip = self.returned(q, at[mine], xi[mine], s[mine], slip, path)
-            dual = np.linalg.inv(frame_of(corners[mine]))[:, :2]
             start[mine] = xi[mine, :2] - np.einsum('nid,nd->ni', dual, slip)
         for i in np.flatnonzero(told):
             for a, b in zip(paths[i][:0:-1], paths[i][-2::-1]):
                 start[i] = over_edge(pair, old, a, b, start[i], x)
         ledger.judge('history of new cells', p.start[at] - start, c.who[rows], only=told)
-        ledger.leave('history', 'new cells beyond the rim or a fold at first, or near open points', beyond)
+        ledger.leave('history', 'new cells beyond the rim or a fold at first', beyond)
         return told
 
     def returned(self, p: Points, at: Array, xi: Array, s: Array, slip: Array, path: Array) -> Array:

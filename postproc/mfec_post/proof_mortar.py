@@ -9,8 +9,8 @@ import numpy as np
 from .proof_contact import OPEN, Pair, Points, dot, unit
 from .proof_law import TINY, Carriers, Judge
 from .proof_lines import Array, Ledger
-from .proof_paths import judge_touches
 from .proof_run import cross
+from .proof_touch import closing, judge_start, touch_rows, way_before
 
 CORNERS_OF_PART = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])  # of six nodes
 LEAST_COVER, FAR = 1e-4, 0.25  # of its area, of its width: such nodes have no multiplier
@@ -118,10 +118,9 @@ class NodeJudge(Judge):
         ledger.judge('multipliers: apexes', np.minimum(*(np.abs(tip - v).max(1) for v in (xi, p.start[at]))),
                      self.who(p, at), 1e3 * self.noise, p.status[at] > OPEN)
         if self.known:
-            judge_touches(pair, p, at[open_[m.place].all(1) & (p.status[at] > OPEN)], self.x_old, x,
-                          self.noise, ledger)
             self.slips(p, m, closed, held)
-        ledger.leave('history', 'multipliers that have closed, a cut increment, or the first output time',
+            self.touches(p, m, xi, closed & open_, held)
+        ledger.leave('history', 'a cut increment, or multipliers whose first touch is not in the file',
                      (closed & ~m.known).sum())
         none = np.zeros(len(who))
         slides = m.known & (np.linalg.norm(m.slip, axis=1) > 1e-8 * pair.edge)
@@ -134,7 +133,7 @@ class NodeJudge(Judge):
                     'Ft': np.linalg.norm(tangent[closed], axis=1).sum(),
                     'max_penetration': max(0.0, (-m.gap[closed]).max(initial=0.0))}
         self.works(p, m, closed)
-        self.ways_of_points(p, m)
+        self.ways_of_points(p, m, open_ & closed)
         return 0.0
 
     def slips(self, p: Points, m: Multipliers, closed: Array, held: Array) -> None:
@@ -152,7 +151,40 @@ class NodeJudge(Judge):
         below, _, _, found = pair.project(p, at, pair.slave(p, at, self.x_old), self.x_old)
         over = found & (np.minimum(below.min(1), 1 - below.sum(1)) > 1e-9)
         self.ledger.judge('history', p.start[at] - below, self.who(p, at), self.noise,
-                     over & m.known[m.place].any(1) & (p.status[at] > OPEN))
+                     over & (p.status[at] > OPEN))
+
+    def touches(self, p: Points, m: Multipliers, xi: Array, new: Array, held: Array) -> None:
+        """Slips of multipliers that were open, by the weights of now from where their way meets the
+        master (10.5) to (10.8)."""
+        pair, at, ways, old = self.pair, p.at, self.motion, self.old
+        if not new.any() or ways is None or ways.x is None or old is None or 'touch' not in pair.group:
+            return
+
+        def apart(x: Array, below: Array = xi) -> Array:
+            return m.gathered(pair.slave(p, at, x) - pair.where(p, p.host[at], below, x)[0], m.share)
+
+        last, start = touch_rows(pair, self.ledger.step, self.x)
+        t1, body = start[m.keys[:, 0]], ways.body[m.keys[:, 0]]
+        empty = ~np.isin(body, ways.body[old.nodes[old.status > OPEN, 0]])
+        below, _, e, _ = pair.project(p, at, pair.slave(p, at, self.x_old), self.x_old)
+        offset = m.gathered(p.offset[at, None], m.share)[:, 0]
+        gap = dot(apart(self.x_old, below), unit(m.gathered(e, m.mean))) + offset
+        time = closing(gap, dot(apart(ways.x), m.normal) + offset, 1e-9 * np.sqrt(m.weight))
+        for b in np.unique(body[new]):
+            here = body == b
+            judge_start(self, t1[here & new], time[here], time[here & new], bool(empty[here].all()),
+                        bool(ways.floats[b]))
+        waits = t1 >= 0
+        t1 = np.where(waits, t1, 0)
+        t = np.where(waits, way_before(time, empty, t1, ways.ratio), 0)
+        late = np.where(t > t1, (t - t1) / np.where(t1 < 1, 1 - t1, 1), 0)[:, None]
+        early = np.minimum(t, t1)[:, None]
+        begin = (1 - late) * ((1 - early) * apart(self.x_old) + early * apart(ways.x))
+        begin += np.where(late > 0, late * apart(np.where(np.isnan(last), self.x, last)), 0)
+        slip = apart(self.x) - begin
+        new = new & (~waits | np.isfinite(t))
+        m.slip[new] = np.where(held, 0, slip - dot(slip, m.normal)[:, None] * m.normal)[new]
+        m.known |= new
 
     def covered(self, p: Points, keys: Array, weight: Array, place: Array, gap: Array) -> Array:
         """Which slave nodes are over the master with more than a sliver, and near it."""
@@ -174,6 +206,7 @@ class NodeJudge(Judge):
         ledger, shown = self.ledger, p.dissipation[p.at]
         # points that lack one of their three multipliers show none of its work
         whole = np.bincount(m.group, np.abs(shown)) > 0
+        worked = self.old is not None and self.old.dissipation.any()
         nodes = m.place[np.unique(m.group, return_index=True)[1]]
         seen = np.bincount(nodes.ravel(), (np.where(whole[:, None], m.d, 0) / m.weight[nodes]).ravel(),
                            len(m.keys))
@@ -181,7 +214,7 @@ class NodeJudge(Judge):
         work = -dot(m.force, m.slip)
         own, before = ({node: [n for n in names if n[0] == node] for node, _ in names}
                        for names in (m.names, list(self.nodes)))
-        kept = m.known & np.array([own[node] == before.get(node) for node, _ in m.names])
+        kept = m.known & np.array([own[node] == before.get(node) or not worked for node, _ in m.names])
         last = np.array([self.nodes[name][1] if name in self.nodes else 0.0 for name in m.names])
         largest = max(float(np.abs(work).max()), float(np.abs(done).max()) * 1e-6, 1e-4 * float(
             (np.linalg.norm(m.force, axis=1) * np.linalg.norm(m.slip, axis=1)).max()), TINY)
@@ -192,7 +225,7 @@ class NodeJudge(Judge):
         ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, who, blur, kept)
         self.nodes = {name: (bool(closed[i]), float(done[i]), m.frame[i]) for i, name in enumerate(m.names)}
 
-    def ways_of_points(self, p: Points, m: Multipliers) -> None:
+    def ways_of_points(self, p: Points, m: Multipliers, new: Array) -> None:
         """A point shows the mean of the ways of its three multipliers."""
         means: dict[Any, tuple[float, Any]] = {}
         path, errors = np.linalg.norm(m.slip, axis=1), []
@@ -201,9 +234,10 @@ class NodeJudge(Judge):
             key = tuple(map(tuple, m.keys[nodes].tolist())), tuple(p.nodes[i].tolist())
             way = p.way[i] if p.way is not None else np.zeros(3)
             means[key] = float(p.path[i]), way
-            if m.known[nodes].all() and key in self.means:
-                errors.append([p.path[i] - self.means[key][0] - path[nodes].mean(),
-                               *(way - self.means[key][1] - m.slip[nodes].mean(0))])
+            base = self.means.get(key, (0.0, np.zeros(3)) if new[nodes].all() else None)
+            if m.known[nodes].all() and base is not None:
+                errors.append([p.path[i] - base[0] - path[nodes].mean(),
+                               *(way - base[1] - m.slip[nodes].mean(0))])
         self.means = means
         if errors:
             self.ledger.judge('slip path', np.array(errors)[:, :1] / self.pair.edge)

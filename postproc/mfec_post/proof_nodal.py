@@ -6,12 +6,17 @@ from typing import Any, Optional
 
 import numpy as np
 
-from .proof_bulk import Bodies
+from .proof_bulk import EDGES, Bodies
 from .proof_lines import Array, Ledger
 from .proof_run import Run
 
 ASKED = 300  # corners: more take longer than the other lines together
 TERMS, ENOUGH, STEEP, RINGS, NOISE = (1, 4, 10), (0, 16, 50), (2.0, 10.0), 3, 4.0 + 1e-6
+
+
+def terms_at(d: Array, terms: int) -> Array:
+    """The terms of a polynomial at places."""
+    return np.asarray(np.concatenate([np.ones((len(d), 1)), d, d * d, d * d[:, [1, 2, 0]]], 1)[:, :terms])
 
 
 class NodalStress:
@@ -35,21 +40,33 @@ class NodalStress:
         for c in np.flatnonzero(self.volume > 0):
             for v in self.ends[c]:
                 self.around.setdefault(int(v), []).append(int(c))
-        every = sorted(self.around)
-        self.nodes = np.array(every[::max(1, -(-len(every) // ASKED))])
-        self.rows = [self.of_corner(v, run) for v in self.nodes]
+        middles: dict[int, tuple[Any, list[int]]] = {}
+        for block in bodies.blocks:
+            for k in range(4, block.nodes.shape[1]):
+                for c, nodes in zip(block.cells, block.nodes):
+                    middles.setdefault(int(nodes[k]), (nodes[EDGES[k - 4]], []))[1].append(int(c))
+        every, between = ([n for n in sorted(some)][::max(1, -(-len(some) // asked))]
+                          for some, asked in ((self.around, ASKED), (middles, ASKED // 4)))
+        self.nodes = np.array(every + between)
+        self.rows = [self.of_corner(v, run, run.x0[v], self.around[v]) for v in every]
+        self.rows += [[row for v in middles[n][0] for row in self.of_corner(
+            int(v), run, run.x0[n], middles[n][1])] for n in between]
 
-    def of_corner(self, v: int, run: Run) -> list[tuple[float, Array, Array]]:
-        """Volume, samples and their weights of each material at a corner."""
+    def of_corner(self, v: int, run: Run, to: Array, of: list[int]) -> list[tuple[float, Array, Array]]:
+        """What a corner says of a place: volume of these cells, samples and their weights, for each
+        material."""
         here, found = np.array(self.around[v]), []
-        for material in np.unique(run.material[here]):
+        for material in np.unique(run.material[of]):
             own = here[run.material[here] == material]
             several = all(len(self.samples[c]) > 1 for c in own)
-            found.append((float(self.volume[own].sum()), *self.fitted(run, v, own, material, 1 + several)))
+            used, c = self.fitted(run, v, own, material, 1 + several)
+            d = (to - run.x0[v]) / np.linalg.norm(self.place[used] - run.x0[v], axis=1).max()
+            found.append((float(self.volume[np.intersect1d(own, of)].sum()), used,
+                          terms_at(d[None], len(c))[0] @ c))
         return found
 
     def fitted(self, run: Run, v: int, own: Array, material: int, degree: int) -> tuple[Array, Any]:
-        """Samples of the best polynomial around a corner, and what each weighs in its value there."""
+        """Samples of the best polynomial around a corner, and what each weighs in its terms."""
         for terms, enough in zip(TERMS[degree:0:-1], ENOUGH[degree:0:-1]):
             cells, grows = own, True
             for ring in range(RINGS + 1):
@@ -68,16 +85,16 @@ class NodalStress:
         return used, self.weights(used, run.x0[v], 1, len(used) > len(own))
 
     def weights(self, used: Array, x: Array, terms: int, several: bool) -> Optional[Array]:
-        """Least squares: what samples weigh in the polynomial at x; None if they do not tell it."""
+        """Least squares: what samples weigh in the polynomial about x; None if they do not tell it."""
         d = self.place[used] - x
         far = np.linalg.norm(d, axis=1).max()
         w, d = np.exp(-STEEP[several] * (d ** 2).sum(1) / far ** 2), d / far
-        b = np.concatenate([np.ones((len(d), 1)), d, d * d, d * d[:, [1, 2, 0]]], 1)[:, :terms]
+        b = terms_at(d, terms)
         normal = b.T @ (w[:, None] * b)
         if terms > 1 and np.linalg.cond(normal) > 1e10:
             return None
-        weights = np.linalg.solve(normal, b.T * w)[0]
-        return weights if terms == 1 or (weights ** 2).sum() <= NOISE else None
+        weights = np.linalg.solve(normal, b.T * w)
+        return weights if terms == 1 or (weights[0] ** 2).sum() <= NOISE else None
 
     def judge(self, written: Array, numbers: Array, ledger: Ledger) -> None:
         """The field of an output time against the stresses that the bodies have."""

@@ -135,6 +135,17 @@ def cross(a: Array, b: Array) -> Array:
     return np.asarray(a[..., i] * b[..., j] - a[..., j] * b[..., i])
 
 
+def joined(count: int, cells: list[Array]) -> Array:
+    """Numbers of what cells join: the lowest node of it."""
+    name, before = np.arange(count), np.zeros(0)
+    while not np.array_equal(name, before):
+        before = name.copy()
+        for c in cells:
+            np.minimum.at(name, c, name[c].min(1, keepdims=True).repeat(c.shape[1], 1))
+        name = name[name]
+    return name
+
+
 def triangle_rule() -> tuple[Array, Array]:
     """Points and weights of a triangle, exact to degree 4."""
     points, weights = [], []

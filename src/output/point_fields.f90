@@ -31,11 +31,15 @@ module point_fields
     integer, allocatable :: facet(:) !! (points) slave facet, 0 for a node, -1 not in use
     integer, allocatable :: node(:, :) !! (3 or 6, points) if segmented: nodes of the slave facet
     real(wp), allocatable :: weight(:, :) !! (3 or 6, points) if segmented: their weights
+    real(wp), allocatable :: place(:, :) !! (2, points) if segmented: (xi, eta) when they were made
     real(wp), allocatable :: start(:, :) !! (2, closed) apex in its target at the increment's start
     real(wp), allocatable :: offset(:) !! (near) if there may be one: added to the gap [length]
     real(wp), allocatable :: lift(:) !! (near) if smooth: height over the slave facet [length]
     real(wp), allocatable :: multiplier(:, :) !! (3, points) with AUGMent: force without gap [force]
     real(wp), allocatable :: patch(:, :) !! (n_patch_values, targets) if smooth: patches
+    integer, allocatable :: touch_node(:) !! (nodes of closed points) if points have touched first
+    real(wp), allocatable :: touch(:, :) !! (4, these) displacement without friction at new points
+    !! [length], first touch of the body as a share of the increment, -1 where none is foreseen
   end type point_fields_t
 
   !> When a field is there.
@@ -43,6 +47,7 @@ module point_fields
   integer, parameter :: part_offset = 1 !! with `SHRInk`, or `SMOOth` surfaces that overlap
   integer, parameter :: part_lift = 2 !! `GTOS` with `SMOOth`
   integer, parameter :: part_point_multiplier = 3 !! with `AUGMent`
+  integer, parameter :: part_place = 4 !! with `SEGMent` and `MORTar`
 
   !> What is written of each point at each end time.
   type(field_t), parameter :: contact_fields(*) = [ &
@@ -77,7 +82,9 @@ module point_fields
     'height of the point over its flat slave facet', part_lift), &
     field_t('multiplier', stored_real, 3, over_points, 'force', &
     'force on the master without a gap, along a1, e x a1 and e of the facet', &
-    part_point_multiplier)]
+    part_point_multiplier), &
+    field_t('place', stored_real, 2, over_points, '1', &
+    '(xi, eta) of the point in its facet when its cell was made', part_place)]
 
 contains
 
@@ -93,6 +100,8 @@ contains
       written = has_lift(pair)
     case (part_point_multiplier)
       written = pair%augmented
+    case (part_place)
+      written = pair%segmented
     case default
       written = .true.
     end select
@@ -151,6 +160,8 @@ contains
       if (allocated(points%lift)) address = c_loc(points%lift)
     case ('multiplier')
       if (allocated(points%multiplier)) address = c_loc(points%multiplier)
+    case ('place')
+      if (allocated(points%place)) address = c_loc(points%place)
     end select
   end function address_of
 end module point_fields

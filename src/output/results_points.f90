@@ -5,6 +5,7 @@ module results_points
   use errors, only: error_t
   use text, only: to_text
   use element_types, only: status_open
+  use friction_return, only: has_friction
   use contact_types, only: pair_t
   use contact_points, only: count_points
   use model_types, only: model_t
@@ -68,8 +69,24 @@ contains
       call create_field(file, group//'/', contact_fields(i), [0, count_points(pair), 0], &
         file%blocks, error)
     end do
+    if (.not. allocated(error) .and. any(has_friction(pair%friction%mu))) &
+      call create_touches(file, group, error)
     if (.not. allocated(error)) call write_pair_scene(file, pair, group, error)
   end subroutine create_pair
+
+  !> Makes the empty data sets of first touches.
+  subroutine create_touches(file, group, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    character(*), intent(in) :: group !! group of the pair
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+
+    call make_series(file, group//'/touch_node', stored_integer, [integer ::], 1, '1', &
+      'nodes of closed points where some touched first; 0 begins an output time', error)
+    if (.not. allocated(error)) call make_series(file, group//'/touch', stored_real, [4], 1, &
+      'length', 'number of the output time; displacement of a node without friction at new '// &
+      'points, and the first touch of its body as a share of the increment, -1: not foreseen', &
+      error)
+  end subroutine create_touches
 
   !> Writes what the points are made of: a node each, or nodes and weights.
   subroutine create_points(file, pair, group, error)
@@ -139,7 +156,7 @@ contains
     integer :: i
 
     do i = 1, size(pairs)
-      call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), error)
+      call append_points(file, '/contact/'//to_text(model%pairs(i)%number), pairs(i), step, error)
       if (allocated(error)) return
     end do
     call hold_block(file, '/contact/time', [time], error)
@@ -150,10 +167,11 @@ contains
   end subroutine append_contact
 
   !> Adds the points of one pair.
-  subroutine append_points(file, group, points, error)
+  subroutine append_points(file, group, points, step, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: group !! group of the pair
     type(point_fields_t), intent(in), target :: points !! the points
+    integer, intent(in) :: step !! number of the end time
     type(error_t), allocatable, intent(out) :: error !! file trouble
     integer :: i
 
@@ -162,7 +180,14 @@ contains
       if (allocated(error)) return
     end do
     if (allocated(points%patch)) call hold_block(file, group//'/patch', points%patch, error)
-    if (.not. allocated(points%node) .or. allocated(error)) return
+    if (allocated(error)) return
+    if (allocated(points%touch)) then
+      call hold_block(file, group//'/touch_node', [0, points%touch_node], error)
+      if (.not. allocated(error)) call hold_block(file, group//'/touch', reshape([real(step, wp), &
+        0.0_wp, 0.0_wp, 0.0_wp, points%touch], [4, size(points%touch_node) + 1]), error)
+      if (allocated(error)) return
+    end if
+    if (.not. allocated(points%node)) return
     call hold_block(file, group//'/node', points%node, error)
     if (.not. allocated(error)) call hold_block(file, group//'/weight', points%weight, &
       error)

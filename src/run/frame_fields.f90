@@ -18,6 +18,7 @@ module frame_fields
   use point_fields, only: point_fields_t, has_offset, has_lift
   use element_parameters, only: d03_epsilon
   use element_types, only: status_open
+  use touch_types, only: touch_waits
   implicit none
   private
   public :: fill_frame, fill_points, fill_first_frame
@@ -54,6 +55,8 @@ contains
       call fill_points(model%pairs(k), model%mesh%x, state%u, point_state(:, &
         system%place%first_point(k):system%place%first_point(k + 1) - 1), frame%pairs(k))
       call fill_begin(model%pairs(k), system, k, frame%pairs(k))
+      if (touches_first(system, k)) call fill_touch(model%mesh%x, system, k, &
+        frame%pairs(k))
     end do
   end subroutine fill_frame
 
@@ -77,6 +80,42 @@ contains
     if (pair%smooth) points%patch = pair%surface%patch(:, targets_of(points%target, &
       size(pair%surface%facets, 2)))
   end subroutine fill_begin
+
+  !> Whether the increment has asked where points of a pair touch first.
+  pure logical function touches_first(system, k) result(touches)
+    type(system_t), intent(in) :: system !! as it has been solved
+    integer, intent(in) :: k !! number of the pair
+
+    touches = .false.
+    if (.not. (allocated(system%touch%waits) .and. allocated(system%touch%x_end))) return
+    touches = any(system%touch%waits(:, k)) .and. system%touch%stage /= touch_waits
+  end function touches_first
+
+  !> The ways of the nodes of closed points to a first touch.
+  subroutine fill_touch(x, system, k, points)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! its contact elements, as they have been solved
+    integer, intent(in) :: k !! number of the pair
+    type(point_fields_t), intent(inout) :: points !! gets touch_node, touch
+    logical :: used(size(x, 2))
+    integer :: p, i
+
+    used = .false.
+    associate (list => system%contact, first => system%place%first_point(k))
+      do p = first, system%place%first_point(k + 1) - 1
+        if (points%status(p - first + 1) > status_open) used(list%ix(:list%nel(p), p)) = .true.
+      end do
+    end associate
+    points%touch_node = pack([(i, i=1, size(x, 2))], used)
+    allocate (points%touch(4, size(points%touch_node)))
+    do i = 1, size(points%touch_node)
+      associate (n => points%touch_node(i), touch => system%touch)
+        points%touch(:3, i) = touch%x_end(:, n) - x(:, n)
+        points%touch(4, i) = merge(touch%start(system%body%node_body(n), k), -1.0_wp, &
+          touch%waits(system%body%node_body(n), k))
+      end associate
+    end do
+  end subroutine fill_touch
 
   !> The facets that hold points, in their order.
   pure function targets_of(target, facets) result(list)
@@ -156,6 +195,7 @@ contains
     if (pair%segmented) then
       points%node = pair%points%point_nodes
       points%weight = pair%points%point_weights
+      points%place = reshape([(pair%history%cells(p)%place, p=1, n)], [2, n])
       points%facet = merge(pair%history%cells%slave, -1, pair%history%cells%slave > 0)
       points%area = pair%points%area
       points%cell = merge(pair%history%cells%area, 0.0_wp, pair%history%cells%slave > 0)
