@@ -303,7 +303,7 @@ contains
     ! nodes that touch without a force are no way to go
     way = minval(now%gap(3::3), .not. now%closed .and. now%gap(3::3) &
       > round_off_of_gaps(unknowns))
-    hold = max(hold, lacking/max(beyond*way, lacking/mean_stiffness(unknowns)))
+    hold = max(hold, min(lacking/way/beyond, mean_stiffness(unknowns)))
   end function hold_of
 
   !> Stiffness of a node, on average.
