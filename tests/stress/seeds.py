@@ -8,5 +8,6 @@ QUICK_REALISTIC = (5, 8, 13, 17, 21, 25, 66, 67, 71, 82, 88, 93, 94, 7002, 13139
 # (without friction, onto ten-node floors: 91, 226), and others of each kind.
 DROP_SEEDS = (3, 9, 12, 20, 22, 27, 38, 91, 226)
 
-# With MORTar: its candidates of contact change between rounds, which has read beyond an array.
-MORTAR_SEEDS = (7430,)
+# With MORTar: candidates of contact change between rounds, which has read beyond an array (7430); a
+# body without loads lies with gaps of round-off, which has held it as stiffly as a node (91208).
+MORTAR_SEEDS = (7430, 91208)
