@@ -169,7 +169,10 @@ contains
     real(wp) :: share
     integer :: i
 
-    share = max(share_left*maxval([0.0_wp, abs(now%z)]), of_factors(unknowns, now))
+    share = share_left*maxval([0.0_wp, abs(now%z)])
+    ! what is more than the root of a round-off is none
+    if (measure(now) <= sqrt(epsilon(share))*maxval([0.0_wp, abs(now%z)])) &
+      share = max(share, of_factors(unknowns, now))
     is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, of_balance*round_off(unknowns))
     do i = 1, unknowns%n
       is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
@@ -182,10 +185,15 @@ contains
   pure real(wp) function of_factors(unknowns, now) result(force)
     type(mortar_system_t), intent(in) :: unknowns !! compliance, scales
     type(iterate_t), intent(in) :: now !! an iterate
+    real(wp) :: row(3*unknowns%n)
     integer :: i
 
-    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale)*maxval(matmul(abs( &
-      unknowns%compliance(3*i - 2:3*i, :)), abs(now%z))), i=1, unknowns%n)])
+    row = 0.0_wp
+    do i = 1, 3*unknowns%n
+      if (abs(now%z(i)) > 0.0_wp) row = row + abs(unknowns%compliance(:, i)*now%z(i))
+    end do
+    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale)*maxval(row(3*i - 2:3*i)), &
+      i=1, unknowns%n)])
   end function of_factors
 
   !> What the law lacks where no force moves anything, the largest of all [force].
