@@ -192,8 +192,8 @@ contains
     do i = 1, 3*unknowns%n
       if (abs(now%z(i)) > 0.0_wp) row = row + abs(unknowns%compliance(:, i)*now%z(i))
     end do
-    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale)*maxval(row(3*i - 2:3*i)), &
-      i=1, unknowns%n)])
+    force = epsilon(force)*maxval([0.0_wp, (maxval(unknowns%cone(i)%scale) &
+      *maxval(row(3*i - 2:3*i)), i=1, unknowns%n)])
   end function of_factors
 
   !> What the law lacks where no force moves anything, the largest of all [force].
