@@ -14,8 +14,7 @@ module newton
   use multiplier_types, only: settle_multipliers
   use newton_progress, only: newton_t, is_converged, is_close, meets_energy, may_go_on, &
     wanted_share, judge_progress, judge_settled, begin_iteration, choose_held, heed_stop, &
-    describe, &
-    outcome_going_on, &
+    describe, outcome_going_on, &
     outcome_converged, outcome_stalled, outcome_too_many, outcome_singular, outcome_memory, &
     outcome_stopped, outcome_open, outcome_restless, outcome_gaps, outcome_inverted, &
     outcome_step_done, outcome_through, outcome_turned, outcome_thrown
