@@ -41,7 +41,7 @@ contains
     form%place_trial => try_live
     form%take_trial => take_trial
     form%note_drop => find_defects
-    form%renew => renew
+    form%renew => renew_defects
     form%find_direction => find_condensed_direction
     form%repeat_direction => find_modified_direction
     form%repeats_by_iteration => repeats_by_iteration
@@ -138,17 +138,6 @@ contains
     call take_rigid(system%u, system%tools)
     call take_condensed(form%condensed, length)
   end subroutine take_trial
-
-  !> Directions of bodies that hardly anything holds are long and lose digits, and with them the
-  !! defects that are carried on.
-  subroutine renew(system, form, taken)
-    type(system_t), intent(inout) :: system !! gets defect
-    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
-    logical, intent(out) :: taken !! there is such a body
-
-    taken = any(system%body%floating)
-    if (taken) call renew_defects(system, form)
-  end subroutine renew
 
   !> A direction with the factor at hand is no substitution, and costs about what a tangent does;
   !! with the blocks of groups of points it costs far less.

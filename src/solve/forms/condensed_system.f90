@@ -174,7 +174,8 @@ contains
     end associate
   end subroutine find_defects
 
-  !> The defects as they are, where they have been carried on from iteration to iteration.
+  !> The defects as they are, where they have been carried on from iteration to iteration: those of
+  !! long directions, or under large forces, have lost digits.
   subroutine renew_defects(system, form)
     type(system_t), intent(inout) :: system !! u and forces given; gets defect, imbalance
     type(form_t), intent(inout) :: form !! what the condensed form keeps changes

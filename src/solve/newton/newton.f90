@@ -154,12 +154,10 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(settings_t), intent(in) :: settings !! tolerances
     logical, intent(out) :: sound !! it is small all the same
-    logical :: renewed
 
     sound = .true.
     if (.not. associated(form%kind%renew)) return
-    call form%kind%renew(system, form, renewed)
-    if (.not. renewed) return
+    call form%kind%renew(system, form)
     call form_residual(system, form, x)
     sound = residual_norm(system, form) <= max(round_off_factor*system%scale%round_off, &
       max(true_share, settings%asked(tol_residual))*force_scale(system%scale))

@@ -96,7 +96,7 @@ module system_types
     procedure(form_place), pointer, nopass :: place_trial => null() !! at u + length du
     procedure(form_length), pointer, nopass :: take_trial => null() !! moves the iterate there
     procedure(form_note), pointer, nopass :: note_drop => null() !! u was moved by a rigid motion
-    procedure(form_take), pointer, nopass :: renew => null() !! what iterations carry on
+    procedure(form_act), pointer, nopass :: renew => null() !! what iterations carry on
     ! directions
     procedure(form_direct), pointer, nopass :: find_direction => null() !! tangent, factor, solution
     procedure(form_repeat), pointer, nopass :: repeat_direction => null() !! with the factor at hand
@@ -210,7 +210,8 @@ module system_types
     end subroutine form_begin
 
     !> restart: contact elements at the start; couple: their nodes are others; refresh: nodes that
-    !! no iteration moves, as far as contact may touch them; recover: all nodes, the bulk's forces.
+    !! no iteration moves, as far as contact may touch them; recover: all nodes, the bulk's forces;
+    !! renew: what has been carried on from iteration to iteration, the residual is due again.
     subroutine form_act(system, form)
       import :: system_t, form_t
       implicit none
@@ -254,14 +255,13 @@ module system_types
       logical, intent(out) :: doubtful !! another choice is due
     end subroutine form_doubt
 
-    !> start_rubbing: u is in balance with the friction that was foretold; renew: what has been
-    !! carried on from iteration to iteration is computed anew, the residual is due again.
+    !> start_rubbing: u is in balance with the friction that was foretold.
     subroutine form_take(system, form, taken)
       import :: system_t, form_t
       implicit none
       type(system_t), intent(inout) :: system !! u given
       type(form_t), intent(inout) :: form !! what goes with it
-      logical, intent(out) :: taken !! there was something to be done
+      logical, intent(out) :: taken !! it is
     end subroutine form_take
 
     !> The contact elements of a saved state: the order of elimination is that of its run.
