@@ -84,7 +84,7 @@ class Proof:
         # what the next increment goes on from
         self.last = (-1.0, [u]) if cut else (time - begin, [u, self.last[1][0]])
         self.lay(k, x)
-        penalty = sum(judge.end_time(p, x, self.plain, cut) for judge, p in zip(self.judges, points))
+        penalty = sum(judge.end_time(p, x, self.scale, cut) for judge, p in zip(self.judges, points))
         self.tables(reaction, [here for here, _ in sides], x)
         self.energies(strain, penalty, sum(float(p.dissipation.sum()) for p in points))
 
@@ -127,9 +127,7 @@ class Proof:
         x, n = run.x0 + u, np.sqrt(len(u))
         applied = run.loads('forces', time) + run.pressures(x, time)
         plain = max(float(np.linalg.norm(v, axis=1).max(initial=0)) for v in (reaction, contact, applied))
-        self.plain = max(plain, 64 * ROUND_OFF * self.stiff * run.size / 1e-8)
-        # displacements to eight digits, through the stiffness
-        self.scale = scale = max(self.plain, self.stiff * float(np.abs(u).max(initial=0)))
+        self.scale = scale = max(plain, 64 * ROUND_OFF * self.stiff * run.size / 1e-8)
         ledger.judge('equilibrium of the nodes', np.linalg.norm(
             internal - contact - applied - reaction, axis=1) / scale, run.numbers)
         ledger.judge('resultant force', (reaction + applied + contact).sum(0) / (scale * n))
@@ -176,13 +174,13 @@ class Proof:
             if nodes is not None:
                 row = np.array([group[f'R{j}'][i] for j in (1, 2, 3)])
                 ledger.judge('table of reactions', (reaction[nodes].sum(0) - row) / (
-                    self.plain * max(1, len(nodes))))
+                    self.scale * max(1, len(nodes))))
         group = run.rows['contact']
         if not self.pairs or not group:
             return
         arms = np.where(self.bodies.small[:, None], run.x0, x)
         for i, judge, force in zip(np.flatnonzero(group['step'] == ledger.step), self.judges, slave):
-            size = self.plain * max(1, judge.row.get('active', 1))
+            size = self.scale * max(1, judge.row.get('active', 1))
             for name, value in judge.row.items():
                 off = value - group[name][i]
                 if name in ('active', 'stick', 'slip'):

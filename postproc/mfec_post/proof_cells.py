@@ -1,13 +1,16 @@
 """Points of slave facets: what they integrate (doc/theory, "Quadrature points", "Segmentation")."""
 from __future__ import annotations
 
+from typing import Optional
+
 import numpy as np
 
 from .proof_contact import MORTAR, NEXT, OPEN, STICK, Pair, Points, frame_of
-from .proof_lines import Array, Ledger
+from .proof_lines import Array, Ledger, strays
 from .proof_run import cross, joined, triangle
 
-CORNERS, SLIPPED = np.array([[1.0, 0], [0, 1], [0, 0]]), 0.05  # of a facet; what slips may move in its cell
+CORNERS = np.array([[1.0, 0], [0, 1], [0, 0]])  # of a facet
+SLIPPED = 0.05  # what slips may move in its cell
 
 
 def places(pair: Pair, nodes: Array, m: Array) -> tuple[Array, Array]:
@@ -37,7 +40,7 @@ def is_over(pair: Pair, corners: Array, x: Array) -> bool:
 
 def judge_cover(pair: Pair, p: Points, x: Array, ledger: Ledger) -> None:
     """Never more than the facet, and exact where it is covered, as it is always by points that stay."""
-    used = np.flatnonzero(p.area > 0)
+    used = np.flatnonzero((p.area > 0) & (p.host >= 0))
     if not pair.cells:  # a point is there once for each face of the master that it may touch
         used = np.unique(np.concatenate([p.nodes, p.weight], 1), axis=0, return_index=True)[1]
     nodes, (m, size), area = p.nodes[used], places(pair, p.nodes[used], p.weight[used]), p.area[used]
@@ -80,9 +83,11 @@ def clipped(q: Array) -> Array:
     return np.concatenate([part.sum(1)[:, None], first], 1)
 
 
-def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, ledger: Ledger) -> None:
+def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, x_old: Array, made: Array, ledger: Ledger) -> None:
     """Cells against what their master facets leave of the slave facet, cut anew where they say that they
-    were made; since then their points have hardly moved over the master. `xi`: where they are."""
+    were made; since then their points have hardly moved over the master. `xi`: where they are; `x_old`:
+    places at the last output time; `made`: points of cells made since, whose facets lay as at one of both
+    times or between."""
     used = p.at
     if p.place is None or not len(used):
         return
@@ -90,7 +95,11 @@ def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, ledger: Ledger) -> N
     way = np.abs(np.where(((status > OPEN) & (pair.points != MORTAR))[:, None], p.tip[used], xi)
                  - p.place[used]).max(1)
     most = 0.0 if pair.points == MORTAR else np.where(status == STICK, 1e-3, SLIPPED)
-    ledger.judge('cells: where their points are', np.maximum(0, way - most), who)
+    lag = np.maximum(0, way - most)
+    ledger.judge('cells: where their points are', lag, who, only=~strays(lag, 1e-4, 0.3, 0.05))
+    ledger.leave('cells: where their points are', 'some lag, as where a facet has been cut four times in an '
+                 'increment', strays(lag, 1e-4, 0.3, 0.05).sum())
+    used = used[made]
     if pair.bent or p.nodes.shape[1] > 3:
         ledger.leave('cells: clips of facets', 'curved facets', len(used))
         return
@@ -102,17 +111,39 @@ def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, ledger: Ledger) -> N
     np.add.at(own, group, (p.area[used] / size[group])[:, None] * w[:, [2, 0, 1]])
     np.add.at(normal, group, w[:, :, None] * w[:, None, :])
     np.add.at(right, group, w[:, :, None] * p.place[used][:, None, :])
-    large = (own[:, 0] > 1e-3) & (np.bincount(group) >= 3)
+    large = (own[:, 0] > 1e-3) & (np.bincount(group, minlength=len(keys)) >= 3)
     keys, own, normal, right = (v[large] for v in (keys, own, normal, right))
+    map_ = np.linalg.solve(normal, right)
+    first, last, flat = (part_of(pair, keys, map_, y) for y in (x_old, x, None))
+    if len(np.unique(joined(len(x), [pair.facets])[pair.facets])) > 1:  # parts may lie over each other
+        first, last, flat = (np.stack([np.minimum(own[:, 0], v[:, 0]), own[:, 1], own[:, 2]], 1)
+                             for v in (first, last, flat))
+    # iterates that turn facets more than that have been cut, too, and now and then farther than that
+    room = np.abs(first - last) + 0.2 * np.abs(0.5 * (first + last) - flat)
+    off = np.maximum(0, np.abs(own - 0.5 * (first + last)) - room).max(1)
+    far = strays(off, 5e-3, 5e-2, 0.01)
+    ledger.judge('cells: clips of facets', off, pair.run.numbers[keys[:, 0]], only=~far)
+    ledger.leave('cells: clips of facets', 'cut where an iterate had turned them', far.sum())
+
+
+def part_of(pair: Pair, keys: Array, map_: Array, x: Optional[Array]) -> Array:
+    """Area and moments (`clipped`) of what master facets leave of slave facets, `keys`, where the corners
+    of the slave's are in the master's, (xi, eta), by an affine map; tilted to each other as at x, or not."""
+    cut = outline(map_)
+    if x is not None:
+        cut += tilted(pair, keys, x)
+    part = clipped(cut)
+    return np.asarray(part * np.sign(part[:, :1]))
+
+
+def outline(map_: Array) -> Array:
+    """Corners of the master's facet in the slave's, by where those of the slave's are in the master's."""
+    return np.linalg.solve(map_[:, :2].swapaxes(1, 2), (CORNERS - map_[:, 2:]).swapaxes(1, 2)).swapaxes(1, 2)
+
+
+def tilted(pair: Pair, keys: Array, x: Array) -> Array:
+    """How far they are from there where the facets are tilted, projected on the slave's at x."""
     s, m = x[keys[:, :3]], x[pair.facets[keys[:, 3]]]
-    # where the corners of each are in the other now, and of the master's in the slave when it was cut
     here, there = (np.einsum('nij,nkj->nki', np.linalg.inv(frame_of(a)), b - a[:, 2:])[:, :, :2]
                    for a, b in ((m, s), (s, m)))
-    now = np.concatenate([here[:, :2] - here[:, 2:], here[:, 2:]], 1)
-    q = [np.linalg.solve(map_[:, :2].swapaxes(1, 2), (CORNERS - map_[:, 2:]).swapaxes(1, 2)).swapaxes(1, 2)
-         for map_ in (np.linalg.solve(normal, right), now)]
-    part = clipped(q[0] + there - q[1])
-    part *= np.sign(part[:, :1])
-    if len(np.unique(joined(len(x), [pair.facets])[pair.facets])) > 1:  # parts may lie over each other
-        own = np.stack([np.maximum(own[:, 0], part[:, 0]), part[:, 1], part[:, 2]], 1)
-    ledger.judge('cells: clips of facets', part - own, pair.run.numbers[keys[:, 0]])
+    return np.asarray(there - outline(np.concatenate([here[:, :2] - here[:, 2:], here[:, 2:]], 1)))

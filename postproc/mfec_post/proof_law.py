@@ -14,7 +14,7 @@ import numpy as np
 
 from .proof_cells import judge_clips, judge_cover
 from .proof_contact import MORTAR, OPEN, SLIP, STICK, Pair, Points, dot, frame_of, shares, unit
-from .proof_lines import ROUND_OFF, Array, Ledger
+from .proof_lines import ROUND_OFF, Array, Ledger, strays
 from .proof_paths import carried, over_edge, path_under
 from .proof_run import cross
 from .proof_touch import Ways, judge_first, touch_rows
@@ -61,20 +61,27 @@ class Judge:
     def __init__(self, pair: Pair, ledger: Ledger):
         self.pair, self.ledger = pair, ledger
         self.old: Optional[Points] = None
+        self.before: Array = np.zeros(0, int)  # where each point was at the output time before, -1 if new
         self.x_old: Array = np.zeros(0)
         self.row: dict[str, Any] = {}
+        self.begins = True
+        self.rounds = 0.0  # of an edge: what rounds of cells leave of ways
         self.covered_once = False
         self.motion: Optional[Ways] = None
 
     def end_time(self, p: Points, x: Array, scale: float, cut: bool) -> float:
         """All lines of one output time; the energy of the penalty."""
         pair, ledger = self.pair, self.ledger
-        if self.old is None and not cut:  # the run begins at rest, with all points open
+        self.begins = self.old is None
+        if self.begins and not cut:  # the run begins at rest, with all points open
             self.old, self.x_old = p.at_rest(), pair.run.x0
         self.x, self.scale, self.cut = x, max(scale, TINY), cut
         self.noise = 64 * ROUND_OFF * (pair.run.size + float(np.abs(x).max())) / pair.edge
         self.known = self.old is not None and not cut
-        ledger.judge('open points: no force', p.force[p.status <= OPEN] / self.scale)
+        open_ = p.status <= OPEN
+        stiff = pair.density * p.area if pair.cells else pair.group['epsilon'][:, 0]
+        ledger.judge('open points: no force', p.force[open_] / self.scale,
+                     blur=(stiff * self.noise * pair.edge / self.scale)[open_])  # of a depth of round-off
         s = pair.slave(p, p.at, x)
         xi, gap, e, found = pair.project(p, p.at, s, x)
         gap = gap + p.offset[p.at]
@@ -82,7 +89,9 @@ class Judge:
         if pair.cells or p.nodes.shape[1] > 2 and not self.covered_once:
             judge_cover(pair, p, x, ledger)
             self.covered_once = True
-        judge_clips(pair, p, xi, x, ledger)
+        self.before = self.same_cells(p)
+        judge_clips(pair, p, xi, x, self.x_old if len(self.x_old) else x,
+                    (self.before[p.at] < 0) | self.begins, ledger)
         closed = p.status[p.at] > OPEN
         self.row = dict.fromkeys(('active', 'stick', 'slip', 'Fn', 'Ft', 'Ft_nodes', 'max_penetration',
                                   'max_elastic_slip', 'max_criterion'), 0.0)
@@ -118,11 +127,12 @@ class Judge:
         ledger.judge('open points: apex below', p.tip[at] - xi, who, 1e3 * self.noise, sure & ~closed)
         beyond, rim = -shares(p.tip[at])[closed], self.pair.rim[p.host[at]][closed]
         # cells are cut anew after a share of a facet; others pass to the next, if there is one
-        ledger.judge('apex inside its facet', np.where(rim, 0, np.maximum(0, beyond)), who[closed],
-                     0.04 if self.pair.cells else 0)
+        off = np.where(rim, 0, np.maximum(0, beyond)).max(1)
+        stays = strays(off, 1e-4, 0.1, 0.1) & (not self.pair.cells)
+        ledger.judge('apex inside its facet', off, who[closed], 0.1 if self.pair.cells else 0, ~stays)
         if not self.pair.cells:
-            ledger.leave('apex inside its facet', 'beyond an edge by less than the tolerance, or the rim',
-                         (beyond.max(1) > 2e-6).sum())
+            ledger.leave('apex inside its facet', 'beyond an edge by less than the tolerance, or the rim, '
+                         'or one that facets pass to and fro', (beyond.max(1) > 2e-6).sum())
         return near
 
     def who(self, p: Points, at: Array) -> Array:
@@ -217,14 +227,16 @@ class Judge:
         on = c.slides & rubs.all(1) & sure
         ledger.judge('cone where it slips', (size - depth) / largest, c.who, blur, on)
         ledger.judge('no friction without mu', np.where(rubs, 0, f) / largest, c.who, self.noise, sure)
-        ledger.judge('no friction without mu', ~(c.slides | rubs.any(1)), c.who)
+        if pair.points != MORTAR:  # what slides is told from its way
+            ledger.judge('no friction without mu', ~(c.slides | rubs.any(1)), c.who)
         ledger.judge('stick: the apex rests', c.rests / edge, c.who, only=~c.slides)
         back = f * np.where(rubs.all(1, keepdims=True),
                             (mu.min(1, keepdims=True) / np.where(rubs, mu, 1)) ** pair.rule, 0)
         # round-off of places turns the direction of short ways, and of small forces
         long, strong = np.linalg.norm(moved, axis=1), np.linalg.norm(back, axis=1)
         on &= long > 1e4 * self.noise * edge
-        blur = self.noise * edge / np.maximum(long, TINY) + noise * largest / np.maximum(strong, TINY)
+        blur = (self.noise + self.rounds) * edge / np.maximum(long, TINY)
+        blur += noise * largest / np.maximum(strong, TINY)
         ratio = np.maximum(long * strong, TINY)
         beside = np.abs(moved[:, 0] * back[:, 1] - moved[:, 1] * back[:, 0]) / ratio
         ledger.judge('slip rule', np.maximum(beside, -dot(moved, back) / ratio), c.who, blur, on)
@@ -236,19 +248,23 @@ class Judge:
             ledger.leave('history', 'the first output time, a cut increment, or fields not of each one',
                          len(at))
             return
-        base = Base.of(old, at)
-        same = self.same_cells(p, at)
+        same, last = self.before[at] >= 0, np.where(self.before >= 0, self.before, np.arange(len(p.host)))
+        base = Base.of(old, last[at])
         told = same.copy()
         if not same.all():
             told[~same] = self.new_cells(p, at[~same], c, base, np.flatnonzero(~same))
         judge_first(self, p, at[~base.closed & (same | ~told)])
-        self.starts(p, at, same & base.closed & ~self.found_again(p, at, base))
         tangent = c.force - dot(c.force, e)[:, None] * e
         work, long = dot(tangent, c.way), np.linalg.norm(c.way, axis=1)
+        self.starts(p, at, last[at], same & base.closed & ~self.found_again(p, at, base, long))
         largest = max(float(np.abs(work).max()), float(np.abs(p.dissipation).max()) * 1e-6,
                       1e-4 * float((np.linalg.norm(c.force, axis=1) * long).max()), TINY)
-        ledger.judge('dissipation', (p.dissipation[at] - base.work - work) / largest, c.who, only=told)
-        ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, c.who, only=told)
+        blur = self.noise * pair.edge * np.linalg.norm(tangent, axis=1) / largest  # of places
+        off = np.abs(p.dissipation[at] - base.work - work)
+        if pair.cells and len(at):  # a facet that has been cut to the same cells has shared it among them
+            off = np.minimum(off, np.abs(p.dissipation[at] - self.shared_work(p, at) - work))
+        ledger.judge('dissipation', off / largest, c.who, blur, told)
+        ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, c.who, blur, told)
         # on a curved facet the law's slip is the way in the plane of the normal at the projection
         bend = 1e4 * long if pair.bent else 0
         ledger.judge('slip path', (p.path[at] - base.path - long) / (pair.edge + bend), c.who, only=told)
@@ -256,9 +272,19 @@ class Judge:
             ledger.judge('slip vector', np.linalg.norm(p.way[at] - base.way - c.way, axis=1)
                          / (pair.edge + 100 * bend), c.who, only=told)
 
-    def found_again(self, p: Points, at: Array, base: Base) -> Array:
+    def shared_work(self, p: Points, at: Array) -> Array:
+        """Work of friction that the facets of points had before, shared among their points by area."""
+        old = self.old
+        assert old is not None
+        _, facet = np.unique(np.concatenate([old.nodes, p.nodes]), axis=0, return_inverse=True)
+        was, now = np.split(facet.ravel(), [len(old.nodes)])
+        work = np.bincount(was, old.dissipation * (old.area > 0), len(facet))
+        area = np.bincount(now, p.area, len(facet))
+        return np.asarray(work[now[at]] * p.area[at] / area[now[at]])
+
+    def found_again(self, p: Points, at: Array, base: Base, long: Array) -> Array:
         """Points that had passed the rim of the master begin anew where it is under them again: at the
-        projection of their old place, with no path."""
+        projection of their old place, with no path (which tells where that was their apex)."""
         pair, old, x = self.pair, self.old, self.x_old
         assert old is not None
         again = np.zeros(len(at), bool)
@@ -267,19 +293,38 @@ class Judge:
         rows = np.flatnonzero(base.closed & (pair.rim[old.host[at]] & (shares(old.tip[at]) < 0)).any(1))
         place = pair.project(p, at[rows], pair.slave(old, at[rows], x), x)[0]
         off = [np.abs(p.start[at[rows]] - tip).max(1) for tip in (place, old.tip[at[rows]])]
-        again[rows] = (off[0] < 1e-9) & (off[1] > 1e-9)
+        path = p.path[at[rows]] - long[rows]
+        again[rows] = (off[0] < 1e-9) & ((off[1] > 1e-9) | (path < 0.5 * base.path[rows]))
         base.path[again], base.way[again] = 0, 0
         return again
 
-    def same_cells(self, p: Points, at: Array) -> Array:
-        """Which points are those of the output time before: a slave facet is cut anew as a whole."""
-        old = self.old
-        if old is None or not self.pair.cells:
-            return np.ones(len(at), bool)
-        new = ((p.weight != old.weight).any(1) | (p.nodes != old.nodes).any(1) | (p.area != old.area)
-               | (p.host < 0) | (old.host < 0))
-        _, facet = np.unique(p.nodes, axis=0, return_inverse=True)
-        return np.asarray(np.bincount(facet.ravel(), new & (p.area > 0))[facet.ravel()][at] == 0)
+    def blur_of_cuts(self, at: Array) -> float:
+        """Of a first touch, as a share of an increment: points of cells that were cut there have not met it,
+        and weights of multipliers were others."""
+        cut = self.pair.cells and (self.begins or bool((self.before[at] < 0).any()))
+        return self.noise + (5e-4 if self.pair.points == MORTAR else 0.03 if cut else 0)
+
+    def same_cells(self, p: Points) -> Array:
+        """Where each point was at the output time before, -1 for those of facets that have been cut anew."""
+        old, before = self.old, np.full(len(p.host), -1)
+        if not self.pair.cells:
+            return np.arange(len(before))
+        if old is None:
+            return before
+        now, was = p.at, old.at
+        _, facet = np.unique(np.concatenate([p.nodes[now], old.nodes[was]]), axis=0, return_inverse=True)
+        here, there = np.split(facet.ravel(), [len(now)])
+        same = np.bincount(here, minlength=len(facet)) == np.bincount(there, minlength=len(facet))
+        # rows of a facet stay in their order
+        now, was = (v[np.argsort(f, kind='stable')] for v, f in ((now, here), (was, there)))
+        here, there = np.sort(here), np.sort(there)
+        now, was, here = now[same[here]], was[same[there]], here[same[here]]
+        new = (p.weight[now] != old.weight[was]).any(1) | (p.area[now] != old.area[was])
+        if p.place is not None and old.place is not None:  # the same cells again, histories handed on
+            new |= (p.place[now] != old.place[was]).any(1)
+        stays = np.bincount(here, new, len(facet))[here] == 0
+        before[now[stays]] = was[stays]
+        return before
 
     def new_cells(self, p: Points, at: Array, c: Carriers, base: Base, rows: Array) -> Array:
         """Start apexes of new points of SEGMent: elastic slips of the old points of their facet as
@@ -378,15 +423,16 @@ class Judge:
             mu = decay[:2] + (mu - decay[:2]) * np.exp(-path / decay[2])[:, None]
         return mu
 
-    def starts(self, p: Points, at: Array, known: Array) -> None:
-        """Start apexes of points that were closed before."""
+    def starts(self, p: Points, at: Array, last: Array, known: Array) -> None:
+        """Start apexes of points that were closed before, where they were `last`."""
         pair, ledger, old, who = self.pair, self.ledger, self.old, self.who(p, at)
         assert old is not None
-        kept = known & (old.host[at] == p.host[at])
+        kept = known & (old.host[last] == p.host[at])
         # over an edge and back again costs digits, on curved facets those of two projections
-        ledger.judge('history', p.start[at] - old.tip[at], who, 1e-6 if pair.bent else 0, kept)
-        crossed = np.flatnonzero(known & (old.host[at] != p.host[at]))
-        places = [carried(pair, old, old.host[i], p.host[i], old.tip[i], self.x_old) for i in at[crossed]]
+        ledger.judge('history', p.start[at] - old.tip[last], who, 1e-6 if pair.bent else 0, kept)
+        crossed = np.flatnonzero(known & (old.host[last] != p.host[at]))
+        places = [carried(pair, old, old.host[j], p.host[i], old.tip[j], self.x_old)
+                  for i, j in zip(at[crossed], last[crossed])]
         told = [i for i, place in enumerate(places) if place]
         ledger.judge('history over an edge', [np.abs(places[i] - p.start[at[crossed[i]]]).max(1).min()
                                               for i in told], who[crossed[told]],

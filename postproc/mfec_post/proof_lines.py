@@ -9,7 +9,7 @@ from numpy.typing import NDArray as Array
 
 ROUND_OFF = 2.0 ** -52
 PLAIN, AUGMENTED, MORTAR = 0, 1, 2  # forms of contact, of the tolerances
-BALANCE, CONE = (1e-8, 1e-5, 1e-8), (1e-8, 1e-8, 1e-7)
+BALANCE, CONE = (1e-8, 1e-5, 1e-8), (1e-8, 1e-8, 1e-6)
 WORK, WAY = (1e-6, 1e-6, 5e-6), (1e-9, 1e-9, 1e-8)
 
 
@@ -37,7 +37,8 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
     (1e-5, 'slip rule'),
     # contact, from one output time to the next
     (1e-10, 'history'),
-    (1e-7, 'history over an edge|history of new cells|first touch'),
+    (1e-7, 'history over an edge|history of new cells'),
+    (5e-7, 'first touch'),
     (WORK, 'dissipation|dissipation, no gain'),
     (WAY, 'slip path|slip vector'),
     # cells of SEGMent and MORTar, multipliers
@@ -45,7 +46,7 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
            'multipliers: one a node|multipliers: apexes|multipliers: no gap|'
            'multipliers: open, no penetration'),
     (1e-6, 'points: exact on whole facets'),
-    (1e-5, 'cells: clips of facets'),
+    (5e-3, 'cells: clips of facets'),
     (1e-4, 'cells: where their points are'),
     # tables and audit
     (1e-9, 'table of reactions|table of contact: lengths'),
@@ -54,6 +55,13 @@ TABLE: tuple[tuple[Any, str], ...] = (  # errors are relative to forces, sizes o
     (1e-6, 'energy: strain|energy: penalty|energy: friction'))
 LINES = {name: tolerance if isinstance(tolerance, tuple) else (tolerance,) * 3
          for tolerance, names in TABLE for name in names.split('|')}
+
+
+def strays(off: Array, least: float, most: float, share: float) -> Array:
+    """Which numbers are beyond `least` (up to `most`), where these are few: the program stops following
+    points that go to and fro, and cells that have been cut four times in an increment."""
+    stray = (off > least) & (off < most)
+    return np.asarray(stray & (stray.sum() <= max(2, share * len(off))))
 
 
 class Ledger:

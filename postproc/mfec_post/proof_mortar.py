@@ -14,6 +14,7 @@ from .proof_touch import closing, judge_start, touch_rows, way_before
 
 CORNERS_OF_PART = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]])  # of six nodes
 LEAST_COVER, FAR = 1e-4, 0.25  # of its area, of its width: such nodes have no multiplier
+ROUNDS = 1e-9  # of an edge: what rounds leave of slips
 
 
 class Multipliers:
@@ -38,6 +39,7 @@ class Multipliers:
             self.group[good]]
         self.share = area[:, None] * psi / self.weight[self.place]
         self.known = np.zeros(len(self.keys), bool)  # closed at the output time before, too
+        self.covered = self.known  # there for sure
         self.slip = np.zeros((len(self.keys), 3))
 
     def gathered(self, values: Array, by: Array) -> Array:
@@ -70,6 +72,7 @@ class NodeJudge(Judge):
 
     def __init__(self, pair: Pair, ledger: Ledger):
         super().__init__(pair, ledger)
+        self.rounds = ROUNDS
         self.nodes: dict[tuple[int, int], tuple[Any, ...]] = {}  # closed, work of friction, frame
         self.face: Optional[Array] = None
         self.means: dict[Any, tuple[float, Any]] = {}
@@ -111,8 +114,9 @@ class NodeJudge(Judge):
         beside = np.abs(held * m.normal).max(1) < 1e-6  # supports do not carry the pressure
         ledger.judge('multipliers: no gap', m.gap / pair.edge, who, self.noise, closed & beside)
         ledger.leave('multipliers: no gap', 'the slave node is held', (closed & ~beside).sum())
+        m.covered = self.covered(p, m.keys, m.weight, m.place, dot(s - under, e))
         ledger.judge('multipliers: open, no penetration', np.maximum(0, -m.gap) / pair.edge, who, self.noise,
-                     ~closed & beside & self.covered(p, m.keys, m.weight, m.place, dot(s - under, e)))
+                     ~closed & beside & m.covered)
         ledger.judge('pressure, no tension', np.maximum(0, -m.pressure) / self.scale, who, only=closed)
         tip, open_ = p.tip[at], ~np.array([self.nodes.get(name, (False,))[0] for name in m.names])
         ledger.judge('multipliers: apexes', np.minimum(*(np.abs(tip - v).max(1) for v in (xi, p.start[at]))),
@@ -173,7 +177,7 @@ class NodeJudge(Judge):
         for b in np.unique(body[new]):
             here = body == b
             judge_start(self, t1[here & new], time[here], time[here & new], bool(empty[here].all()),
-                        bool(ways.floats[b]))
+                        bool(ways.floats[b]), self.blur_of_cuts(at))
         waits = t1 >= 0
         t1 = np.where(waits, t1, 0)
         t = np.where(waits, way_before(time, empty, t1, ways.ratio), 0)
@@ -219,9 +223,14 @@ class NodeJudge(Judge):
         largest = max(float(np.abs(work).max()), float(np.abs(done).max()) * 1e-6, 1e-4 * float(
             (np.linalg.norm(m.force, axis=1) * np.linalg.norm(m.slip, axis=1)).max()), TINY)
         who = self.pair.run.numbers[m.keys[:, 0]]
-        # of slips, where all stick
-        blur = self.noise * self.pair.edge * np.linalg.norm(m.force, axis=1) / largest
-        ledger.judge('dissipation', (done - last - work) / largest, who, blur, kept & (seen > 0))
+        # of slips, where all stick: to what rounds leave
+        blur = (self.noise + self.rounds) * self.pair.edge * np.linalg.norm(m.force, axis=1) / largest
+        off = done - last - work
+        kept &= seen > 0
+        # one keeps the work of those that are no more, or too little over the master
+        if set(before) - set(own) or not m.covered.all():
+            kept[np.where(kept, np.abs(off), -1).argmax()] = False
+        ledger.judge('dissipation', off / largest, who, blur, kept)
         ledger.judge('dissipation, no gain', np.maximum(0, -work) / largest, who, blur, kept)
         self.nodes = {name: (bool(closed[i]), float(done[i]), m.frame[i]) for i, name in enumerate(m.names)}
 
@@ -233,6 +242,8 @@ class NodeJudge(Judge):
             nodes, i = m.place[q], p.at[q]
             key = tuple(map(tuple, m.keys[nodes].tolist())), tuple(p.nodes[i].tolist())
             way = p.way[i] if p.way is not None else np.zeros(3)
+            if p.path[i] <= 0 and not m.covered[nodes].all():  # points that lack a multiplier show nothing
+                continue
             means[key] = float(p.path[i]), way
             base = self.means.get(key, (0.0, np.zeros(3)) if new[nodes].all() else None)
             if m.known[nodes].all() and base is not None:

@@ -181,7 +181,7 @@ def judge_first(judge: Any, p: Points, at: Array) -> None:
     for b in np.unique(body[mine]):
         here = body == b
         judge_start(judge, t1[here & mine], time[here], time[here & mine], bool(empty[here].all()),
-                    bool(ways.floats[b]))
+                    bool(ways.floats[b]), judge.blur_of_cuts(every[here]))
     first, time, t1, empty = (v[mine] for v in (first, time, t1, empty))
     waits, who = t1 >= 0, judge.who(p, at)
     t = way_before(time, empty, t1, ways.ratio)
@@ -191,12 +191,15 @@ def judge_first(judge: Any, p: Points, at: Array) -> None:
     off = np.array([np.abs(c - p.start[i]).max() if f == p.host[i] else min(
         (np.abs(d - p.start[i]).max() for d in carried(pair, p, f, p.host[i], c, x_old)), default=np.nan)
         for i, f, c in zip(at, where, tip)])
-    known = np.isfinite(off)
+    enters = (old.host[at] < 0) & ~waits & (not pair.cells)
+    ledger.leave('first touch', 'over the rim of the master', enters.sum())
+    known = np.isfinite(off) & ~enters
     ledger.judge('first touch', off, who, 1e3 * judge.noise, known)
-    ledger.leave('first touch', 'over facets whose ways are not in the file', (~known).sum())
+    ledger.leave('first touch', 'over facets whose ways are not in the file', (~known & ~enters).sum())
 
 
-def judge_start(judge: Any, start: Array, every: Array, closed: Array, empty: bool, floats: bool) -> None:
+def judge_start(judge: Any, start: Array, every: Array, closed: Array, empty: bool, floats: bool,
+                blur: float) -> None:
     """The first touch of a body is that of one of its points, and of none that closed later."""
     start = np.unique(start[start >= 0])
     if not len(start):
@@ -204,6 +207,6 @@ def judge_start(judge: Any, start: Array, every: Array, closed: Array, empty: bo
     want = np.append(every, 1)[np.abs(np.append(every, 1) - start[0]).argmin()]
     if not empty or floats:
         want = 0.0
-    elif min(closed.min(), 1) < start[0] - 1e-9:
+    elif min(closed.min(), 1) < start[0] - 1e-9 - blur:
         want = closed.min()
-    judge.ledger.judge('first touch', start - want, blur=judge.noise)
+    judge.ledger.judge('first touch', start - want, blur=blur)

@@ -14,7 +14,7 @@ module contact_apexes
   use master_facets, only: is_quadratic, facet_routine
   implicit none
   private
-  public :: apex_of, find_apex, find_apex_from, touches, only_touches
+  public :: apex_of, find_apex, find_apex_from, touches, open_if_touching
 
 contains
 
@@ -86,22 +86,24 @@ contains
     touches = gap + kappa(3) + withheld_gap(pair, p) <= 0.0_wp
   end function touches
 
-  !> A closed point whose depth is round-off carries nothing that means anything: whether it is
-  !! closed at all is chance. What a stiffer penalty makes of a depth tells more.
-  pure logical function only_touches(pair, p, point, y, x) result(only)
+  !> Opens a closed point whose depth is round-off: it carries nothing that means anything, and
+  !! whether it is closed at all is chance. What a stiffer penalty makes of a depth tells more.
+  pure subroutine open_if_touching(pair, p, point, y, x)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
-    type(contact_point_t), intent(in) :: point !! its state
+    type(contact_point_t), intent(inout) :: point !! its state; may be opened
     real(wp), intent(in) :: y(3) !! where it is [length]
     real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
     real(wp) :: xi(2), gap, kappa(3), least
 
-    only = .false.
     if (point%status <= status_open .or. point%target == 0) return
     call project_on_master(pair, point%target, x, y, xi, gap)
     kappa = point_shift(pair, p, point)
     least = round_off(corners(x, pair%surface%facets(:, point%target)), y)
     if (pair%points%relative > stiffest_plain) least = least*stiffest_plain/pair%points%relative
-    only = abs(gap + kappa(3) + withheld_gap(pair, p)) < least
-  end function only_touches
+    if (abs(gap + kappa(3) + withheld_gap(pair, p)) >= least) return
+    point%status = status_open
+    point%path = 0.0_wp
+    point%way = 0.0_wp
+  end subroutine open_if_touching
 end module contact_apexes

@@ -16,7 +16,7 @@ module contact_cells
   use facet_tree, only: build_tree, fit_tree
   use cell_history, only: fit_slip, fit_multipliers, place_apex, take_slip, multiplier_at
   use cell_motion, only: carry_apexes, find_apexes, have_stayed, lie_still, lag_nodes
-  use contact_apexes, only: only_touches
+  use contact_apexes, only: open_if_touching
   use linear_fields, only: linear_field_t
   use master_facets, only: is_plane
   use slave_places, only: slave_nodes, slave_positions, slave_weights, cell_position
@@ -464,7 +464,7 @@ contains
         if (point%target == 0) point%lambda = 0.0_wp
         if (point%target == 0) cycle
         y = cell_position(pair, pair%history%cells(p), x)
-        if (only_touches(pair, p, point, y, x)) point%status = status_open
+        call open_if_touching(pair, p, point, y, x)
         if (point%status > status_open) cycle
         call project_on_master(pair, point%target, x, y, point%apex, gap)
       end associate

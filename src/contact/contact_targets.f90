@@ -15,7 +15,7 @@ module contact_targets
   use convex_edges, only: find_convex_edges, convex_edge_t, look_at_convex_edges, pass_edge
   use surface_boundary, only: find_boundary, facet_across, walk, beyond_boundary, has_left, stays, &
     boundary_tolerance, on_edge, longest_walk
-  use contact_apexes, only: apex_of, find_apex, touches, only_touches
+  use contact_apexes, only: apex_of, find_apex, touches, open_if_touching
   use contact_entries, only: master_way_t, measure_way, entry_facet
   use contact_cells, only: begin_cells, follow_cells, settle_cells, clear_cells
   use facet_tree, only: build_tree, fit_tree, nearest_facet
@@ -324,7 +324,7 @@ contains
     end if
     do p = 1, size(pair%history%new)
       associate (point => pair%history%new(p))
-        if (only_touches(pair, p, point, point_position(pair, p, x), x)) point%status = status_open
+        call open_if_touching(pair, p, point, point_position(pair, p, x), x)
         if (point%status <= status_open .and. .not. has_field(pair)) point%lambda = 0.0_wp
         if (point%target == 0) then
           point%status = status_off

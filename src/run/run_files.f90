@@ -239,10 +239,11 @@ contains
     row%max_criterion = -huge(1.0_wp)
     do p = 1, count_points(model%pairs(k))
       element = system%place%first_point(k) + p - 1
-      if (system%contact%status(element) <= status_open) cycle
-      if (system%contact%status(element) == status_stick) row%stick = row%stick + 1
-      if (system%contact%status(element) == status_slip) row%slip = row%slip + 1
-      associate (point => point_state(:, element))
+      associate (point => point_state(:, element), &
+        status => model%pairs(k)%history%old(p)%status)
+        if (status <= status_open) cycle
+        if (status == status_stick) row%stick = row%stick + 1
+        if (status == status_slip) row%slip = row%slip + 1
         f = -point(1:3)
         x = point_field(model%pairs(k), p, ends)
         row%normal = row%normal + point(13)
