@@ -67,7 +67,7 @@ contains
     if (form%kind%knows_inside .or. form%condensed%surface_only) return
     if (.not. system%inside_due) then
       if (can_do_without(model, system, form%condensed)) then
-        call form%kind%refresh(system, form)
+        call form%kind%refresh(form, system%u)
         call follow_nodes(model, system, form%condensed, state, strayed)
         if (.not. strayed) return
       end if

@@ -43,7 +43,6 @@ module system_parts
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: fixed(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
     logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
-    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: regularised(:) !! (bodies) held by soft springs in this iteration
     logical :: settled = .false. !! the last full step has left nearly all points as they were
     real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
