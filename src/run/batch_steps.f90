@@ -5,6 +5,7 @@ module batch_steps
   use costs, only: wall_seconds
   use parallel, only: any_rank
   use signals, only: stop_requested
+  use newton_settings, only: settings_t
   use newton, only: outcome_stopped
   use stepping, only: advance, raise_outcome
   use batch_position, only: is_passing, pass_end_time
@@ -24,10 +25,12 @@ contains
     type(run_state_t), intent(inout) :: run !! where the run stands
     type(context_t), target, intent(inout) :: context !! what the run works on
     type(error_t), allocatable, intent(out) :: error !! no convergence, trouble
+    type(settings_t) :: settings
     real(wp) :: begin, end_time, seconds
     integer :: k
 
     begin = run%position%clock
+    settings = run%settings
     do k = 1, n
       end_time = begin + real(k, wp)*run%increment
       if (is_passing(run%position)) then
@@ -42,11 +45,11 @@ contains
         return
       end if
       context%monitor%step = context%state%step + 1
-      context%system%inside_due = (k == n .and. .not. goes_on) .or. &
+      settings%inside_due = (k == n .and. .not. goes_on) .or. &
         is_inside_due(context, context%monitor%step)
       seconds = wall_seconds()
       call advance(context%model, context%system, context%form, context%state, end_time, &
-        run%settings, context%monitor, error)
+        settings, context%monitor, error)
       if (allocated(error)) return
       call pass_end_time(run%position, end_time)
       call finish_end_time(run, seconds, context, error)

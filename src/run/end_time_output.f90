@@ -71,7 +71,6 @@ contains
     if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%state, derivatives, error)
     call end_writing()
-    context%system%inside_due = .true.
     context%form%condensed%goes_on = context%model%output%state == state_none .or. &
       .not. fields_due(context%model%output, context%state%step)
     if (allocated(context%monitor%trouble) .and. .not. allocated(error)) call move_alloc( &

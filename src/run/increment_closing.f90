@@ -42,7 +42,8 @@ contains
         run%pending_time, .false., error)
       return
     end if
-    call accept(context%model, context%system, context%form, context%state, run%pending_time)
+    call accept(context%model, context%system, context%form, context%state, run%pending_time, &
+      .true.)
     call context%monitor%accepted(context%model, context%system, context%form, context%state)
     if (.not. counts) then
       context%monitor%solves_before = context%monitor%solves

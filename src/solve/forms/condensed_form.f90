@@ -314,16 +314,17 @@ contains
   end subroutine placed_nodes
 
   !> Displacements inside, unless sums over supports and loads stand in for them.
-  subroutine accept(model, system, form, known, whole)
+  subroutine accept(model, system, form, inside_due, known, whole)
     type(model_t), intent(in) :: model !! output requests
     type(system_t), intent(inout) :: system !! converged
     type(form_t), intent(inout) :: form !! matrix given; gets condensed, du
-    logical, intent(in) :: known !! the displacements inside are known
+    logical, intent(in) :: inside_due !! displacements inside are asked for
+    logical, intent(in) :: known !! they are known
     logical, intent(out) :: whole !! they are those of the state
 
     whole = .true.
     if (can_do_without(model, system, form%condensed)) then
-      whole = system%inside_due
+      whole = inside_due
       if (.not. form%condensed%sums%known) call form_sums(model, system, form)
     end if
     if (whole .and. .not. known) call recover_interior(system, form)

@@ -48,7 +48,6 @@ module system_parts
     real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
     !! [force/length]
     real(wp) :: first_damping = 0.0_wp !! the same at the start of a solve [force/length]
-    integer :: in_vain = 0 !! dampings since the last accepted increment that have led nowhere
     type(pseudo_step_t) :: pseudo_step !! the step with damping that is under way
     logical :: step_done = .false. !! a solve was left while a body with damping was on its way
   end type bodies_t

@@ -61,7 +61,6 @@ module system_types
     type(rigid_part_t) :: tools !! rigid bodies with a point
     type(contact_places_t) :: place !! where the contact elements are
     type(scales_t) :: scale !! forces and lengths to compare with
-    logical :: inside_due = .true. !! displacements inside are asked for at the end time
     integer :: spared = 0 !! end times of the run at which they are not
     logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
     logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
@@ -477,13 +476,14 @@ module system_types
     end subroutine form_push
 
     !> The iterate has converged: displacements that are wanted of it, and what the form keeps.
-    subroutine form_accept(model, system, form, known, whole)
+    subroutine form_accept(model, system, form, inside_due, known, whole)
       import :: model_t, system_t, form_t
       implicit none
       type(model_t), intent(in) :: model !! output requests
       type(system_t), intent(inout) :: system !! converged
       type(form_t), intent(inout) :: form !! what it keeps from state to state
-      logical, intent(in) :: known !! the displacements inside are known
+      logical, intent(in) :: inside_due !! displacements inside are asked for
+      logical, intent(in) :: known !! they are known
       logical, intent(out) :: whole !! they are those of the state; else sums stand in for them
     end subroutine form_accept
   end interface
