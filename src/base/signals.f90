@@ -7,9 +7,9 @@
 !! SIGXFSZ (a file may not grow any more) and SIGPIPE (nobody reads what is printed) are ignored:
 !! the write that fails then says so, or does not matter.
 !!
-!! The run looks (`stop_requested`) before each end time (batch_run), TANG (batch_tangent), variant
-!! (study_run) and iteration (newton), and after each round of multipliers. `raise_outcome` of
-!! stepping makes an error of it, session closes the files, and the program ends with its code.
+!! The run looks (`stop_requested`) before each end time (batch_steps), TANG (batch_tangent),
+!! variant (study_run) and iteration (newton), and after each round of multipliers. `raise_outcome`
+!! of stepping makes an error of it, session closes the files, and the program ends with its code.
 module signals
   use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t, c_funptr, c_funloc, c_null_funptr, &
     c_char, c_size_t, c_long

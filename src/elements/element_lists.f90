@@ -3,7 +3,7 @@ module element_lists
   use kinds, only: wp
   use threads, only: worth_threads
   use element_types, only: max_slaves, n_element_history, routine_none
-  use law_types, only: bulk_law_t
+  use law_types, only: point_law_t
   use solid_types, only: n_solid_parameters
   use element_parameters, only: n_parameters
   implicit none
@@ -33,7 +33,7 @@ module element_lists
     logical :: linear = .true. !! forces are the tangent times displacements, and it never changes
     integer, allocatable :: set(:) !! (n) column of d
     real(wp), allocatable :: d(:, :) !! (n_solid_parameters, sets) parameters
-    type(bulk_law_t), allocatable :: law(:) !! (sets) their laws
+    type(point_law_t), allocatable :: law(:) !! (sets) their laws
     real(wp), allocatable :: memory(:, :, :) !! (n_state, points, n) what the points of the elements
     !! remember of the last converged state, if some law asks for it
   end type bulk_list_t
@@ -67,7 +67,6 @@ module element_lists
     logical, allocatable :: hold(:) !! (n) elements that stick in the next tangent
     logical, allocatable :: slide(:) !! (n) those that slip in it if they are on their cone
     real(wp), allocatable :: keep(:) !! (n) shift to the gap that is expected in it [length]
-    real(wp) :: asymmetry = 0.0_wp !! largest |s - s^T|/|s| of the last tangents
     integer, allocatable :: reached(:) !! nodes that the last forces act at, if that is known
   end type element_list_t
 

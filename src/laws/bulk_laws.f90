@@ -1,12 +1,12 @@
 !> The laws of the bulk: a new law is one file, and one line in each place here that names another.
 module bulk_laws
-  use law_types, only: bulk_law_t
+  use law_types, only: bulk_law_t, point_law_t
   use law_linear, only: linear_law
   use law_neohooke, only: neohooke_law, neohooke_point
   use law_svk, only: svk_law, svk_point
   implicit none
   private
-  public :: laws, linear, neohooke, svk, bulk_law, solid_signature
+  public :: laws, linear, neohooke, svk, point_law, solid_signature
 
   !> The laws, and their numbers.
   integer, parameter :: linear = 1, neohooke = 2, svk = 3
@@ -14,15 +14,15 @@ module bulk_laws
 
 contains
 
-  !> A law with its routine.
-  pure function bulk_law(number) result(law)
+  !> A law as elements know it.
+  pure function point_law(number) result(law)
     integer, intent(in) :: number !! which
-    type(bulk_law_t) :: law
+    type(point_law_t) :: law
 
-    law = laws(number)
+    law%finite = laws(number)%finite
     if (number == neohooke) law%point => neohooke_point
     if (number == svk) law%point => svk_point
-  end function bulk_law
+  end function point_law
 
   !> What may follow SOLId: a law, with its own parameters if it has any, or what the volumetric
   !! part goes with.

@@ -5,7 +5,7 @@ module law_types
   implicit none
   private
   public :: law_parameter_t, law_state_t, friction_law_t, cone_state_t, most_parameters
-  public :: bulk_law_t, bulk_point_t, bulk_point, most_point_state
+  public :: bulk_law_t, point_law_t, bulk_point_t, bulk_point, most_point_state
 
   !> Most parameters of a law.
   integer, parameter :: most_parameters = 3
@@ -73,8 +73,13 @@ module law_types
     integer :: count = 0 !! number of its parameters beside E and nu
     type(law_parameter_t) :: parameters(most_parameters) = law_parameter_t() !! in the deck's order
     integer :: n_state = 0 !! numbers that a point remembers
-    procedure(bulk_point), pointer, nopass :: point => null() !! its routine, unless linear
   end type bulk_law_t
+
+  !> What elements ask of a law of the bulk.
+  type :: point_law_t
+    logical :: finite = .false. !! it is one of finite strain
+    procedure(bulk_point), pointer, nopass :: point => null() !! its routine, unless linear
+  end type point_law_t
 
   abstract interface
     !> Stress, energy and state of a point, and the derivative of the stress if it is asked for.

@@ -4,6 +4,7 @@ module batch_augment
   use system_types, only: form_t, system_t
   use contact_system, only: load_contact
   use augmentation, only: check_gaps, update_multipliers
+  use point_status, only: hold_sticking
   use residuals, only: form_residual
   use batch_position, only: is_passing
   use run_progress, only: run_state_t
@@ -26,6 +27,7 @@ contains
     if (.not. (run%pending .and. run%started) .or. is_passing(run%position)) return
     call check_gaps(model, system, run%augmentation, monitor)
     if (run%converged .and. run%augmentation%closed) return
+    call hold_sticking(system%contact)
     call update_multipliers(model, system, run%augmentation, monitor)
     call load_contact(model, system)
     call form%kind%couple(system, form)

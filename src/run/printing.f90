@@ -12,11 +12,34 @@ module printing
   use system_types, only: system_t, state_t
   use batch_types, only: batch_command_t
   use run_log, only: log_t, log_line
+  use run_audit, only: tell_answers
+  use run_context, only: context_t
   implicit none
   private
-  public :: print_displacements, print_reactions, print_stresses, print_mesh, numbers_to_print
+  public :: print_request, numbers_to_print
 
 contains
+
+  !> DISP, REAC, STRE, CHEC: prints to the log.
+  subroutine print_request(command, context, error)
+    type(batch_command_t), intent(in) :: command !! the command
+    type(context_t), target, intent(inout) :: context !! problem, accepted state, log
+    type(error_t), allocatable, intent(out) :: error !! trouble with the log
+
+    associate (model => context%model, state => context%state, log => context%files%log)
+      select case (command%command)
+      case ('disp')
+        call print_displacements(command, model, state, log, error)
+      case ('reac')
+        call print_reactions(command, model, state, log, error)
+      case ('stre')
+        call print_stresses(command, model, context%system, state, log, error)
+      case default
+        if (command%option == 'uniq') call tell_answers(context, error)
+        if (command%option /= 'uniq') call print_mesh(model%mesh, log, error)
+      end select
+    end associate
+  end subroutine print_request
 
   !> DISP[,ALL] or DISP,,n1,n2,n3: displacements of all nodes, or of n1 to n2 in steps of n3.
   subroutine print_displacements(command, model, state, log, error)

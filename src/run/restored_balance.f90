@@ -13,12 +13,14 @@ module restored_balance
   use mortar_history, only: add_forces
   use mortar_points, only: weigh_pair
   use element_types, only: routine_none
+  use element_lists, only: element_list_t
   use residuals, only: form_residual, residual_norm, round_off_of
   use result_types, only: saved_state_t
   use scene_marks, only: mark_scene, mark_time
   use smooth_normals, only: renew_patches
   use full_form, only: full_form_of_system
   use system_types, only: form_t, form_kind_t, system_t, state_t
+  use system_parts, only: contact_places_t
   implicit none
   private
   public :: check_time, check_balance, residual_share_of
@@ -101,31 +103,34 @@ contains
     end do
     call load_contact(model, system)
     call form_residual(system, form, model%mesh%x)
-    call add_multipliers(model, system, form)
+    if (any(model%pairs%mortar)) then
+      call weigh_multipliers(model, system%place, system%contact, system%position%x_now, &
+        system%contact_force)
+      call form%kind%gather(system, form, 0.0_wp, .false.)
+    end if
     system%scale%round_off = round_off_of(system, form, model%mesh%x)
   end subroutine form_state
 
   !> With MORTar: the forces of multipliers and of other points, weighed at the state, in the place
   !! of those of the contact elements.
-  subroutine add_multipliers(model, system, form)
+  subroutine weigh_multipliers(model, place, contact, x_now, force)
     type(model_t), intent(in) :: model !! pairs with the multipliers of the state
-    type(system_t), intent(inout) :: system !! contact elements; gets contact_force, right
-    type(form_t), intent(inout) :: form !! the linearised system in its form
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
+    type(element_list_t), intent(in) :: contact !! contact elements: which take part
+    real(wp), intent(in) :: x_now(:, :) !! (3, nodes) positions at the state [length]
+    real(wp), intent(out) :: force(:, :) !! (3, nodes) internal force of contact [force]
     type(mortar_t) :: nodes
     integer :: k
 
-    if (.not. any(model%pairs%mortar)) return
-    system%contact_force = 0.0_wp
+    force = 0.0_wp
     do k = 1, size(model%pairs)
-      associate (pair => model%pairs(k), first => system%place%first_point(k), &
-        last => system%place%first_point(k + 1) - 1)
-        call weigh_pair(pair, system%contact%routine(first:last) /= routine_none, &
-          system%position%x_now, system%position%x_now, nodes)
-        call add_forces(nodes, system%contact_force)
+      associate (first => place%first_point(k), last => place%first_point(k + 1) - 1)
+        call weigh_pair(model%pairs(k), contact%routine(first:last) /= routine_none, x_now, x_now, &
+          nodes)
+        call add_forces(nodes, force)
       end associate
     end do
-    call form%kind%gather(system, form, 0.0_wp, .false.)
-  end subroutine add_multipliers
+  end subroutine weigh_multipliers
 
   !> Norm of loads, contact forces and forces of the supports as they follow from displacements.
   pure real(wp) function computed_forces(system) result(norm)

@@ -42,7 +42,6 @@ contains
     system%inner%bulk_force = 0.0_wp
     if (allocated(system%bulk%memory)) system%bulk%memory = 0.0_wp
     form%right = 0.0_wp
-    system%body%told = .false.
     system%place%targets = 0
     associate (list => system%contact)
       list%routine = routine_none

@@ -17,6 +17,7 @@ module condensed_form
   use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
   use linear_sums, only: can_do_without, form_sums
   use system_types, only: form_t, form_kind_t, system_t, state_t
+  use system_parts, only: bodies_t, bulk_answer_t, rigid_part_t
   use condensed_types, only: condensed_t
   implicit none
   private
@@ -33,6 +34,7 @@ contains
     form%has_energy = .false.
     form%iterates_cheaply = .true.
     form%begin => begin
+    form%place_starts => place_starts
     form%restart => restart
     form%foresee => foresee
     form%start_rubbing => start_rubbing
@@ -40,7 +42,7 @@ contains
     form%gather => gather
     form%place_trial => try_live
     form%take_trial => take_trial
-    form%note_drop => find_defects
+    form%note_moved => find_defects
     form%renew => renew_defects
     form%find_direction => find_condensed_direction
     form%repeat_direction => find_modified_direction
@@ -67,19 +69,17 @@ contains
     form%forget_damping => forget_damping
   end function condensed_form_of_system
 
-  !> Displacements of the candidates without contact; with the forces of the last state, or with
-  !! those that are foretold.
+  !> Displacements of the candidates without contact, and the forces that are foretold.
   subroutine begin(model, system, form, state, time, foretold)
     type(model_t), intent(in) :: model !! loads
-    type(system_t), intent(inout) :: system !! position%carried may be moved
+    type(system_t), intent(in) :: system !! equations, first touches
     type(form_t), intent(inout) :: form !! matrix given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
-    logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
+    logical, intent(out) :: foretold !! there are such forces
 
     call begin_condensed(model, system%equation, form, state, time)
     if (system%touch%stage == touch_waits) call expect_without_friction(form%condensed%outer)
-    call place_starts(system%body, system%position, form%condensed)
     foretold = form%condensed%outer%foretold
   end subroutine begin
 
@@ -108,13 +108,14 @@ contains
   end subroutine foresee
 
   !> Where forces with the friction of first touches are foretold, the increment goes on from there.
-  subroutine start_rubbing(system, form, taken)
-    type(system_t), intent(inout) :: system !! gets u, force, defect
+  subroutine start_rubbing(form, body, u, taken)
     type(form_t), intent(inout) :: form !! what the condensed form keeps changes
+    type(bodies_t), intent(in) :: body !! connected bodies
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
     logical, intent(out) :: taken !! they are
 
     call note_touching(form%condensed)
-    call take_rubbed(system, form, taken)
+    call take_rubbed(form%condensed, any(body%floating), u, taken)
   end subroutine start_rubbing
 
   !> Residual of the live candidates and of rigid bodies with a point.
@@ -129,13 +130,17 @@ contains
   end subroutine gather
 
   !> Moves to the trial.
-  subroutine take_trial(system, form, length)
-    type(system_t), intent(inout) :: system !! u, forces and defects are moved
-    type(form_t), intent(inout) :: form !! trial given; gets condensed
+  subroutine take_trial(form, length, u, tools, inner)
+    type(form_t), intent(inout) :: form !! trial given; forces and defects are moved
     real(wp), intent(in) :: length !! share of du
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
+    type(bulk_answer_t), intent(inout) :: inner !! forces inside wait until they are due
 
-    call take_live(system%u, form)
-    call take_rigid(system%u, system%tools)
+    associate (unused => inner)
+    end associate
+    call take_live(u, form)
+    call take_rigid(u, tools)
     call take_condensed(form%condensed, length)
   end subroutine take_trial
 
@@ -309,41 +314,42 @@ contains
   end subroutine placed_nodes
 
   !> Displacements inside, unless sums over supports and loads stand in for them.
-  subroutine accept(model, system, form, known, whole)
+  subroutine accept(model, system, form, inside_due, known, whole)
     type(model_t), intent(in) :: model !! output requests
     type(system_t), intent(inout) :: system !! converged
     type(form_t), intent(inout) :: form !! matrix given; gets condensed, du
-    logical, intent(in) :: known !! the displacements inside are known
+    logical, intent(in) :: inside_due !! displacements inside are asked for
+    logical, intent(in) :: known !! they are known
     logical, intent(out) :: whole !! they are those of the state
 
     whole = .true.
     if (can_do_without(model, system, form%condensed)) then
-      whole = system%inside_due
+      whole = inside_due
       if (.not. form%condensed%sums%known) call form_sums(model, system, form)
     end if
     if (whole .and. .not. known) call recover_interior(system, form)
-    if (.not. whole) call refresh_candidates(system, form)
+    if (.not. whole) call refresh_candidates(form, system%u)
     call keep_forces(form%condensed)
   end subroutine accept
 
   !> A step of pseudo-time begins here.
-  subroutine note_center(system, form)
-    type(system_t), intent(in) :: system !! the problem
-    type(form_t), intent(inout) :: form !! gets pseudo_step
+  subroutine note_center(form, damping)
+    type(form_t), intent(inout) :: form !! gets bulk_then, rigid_then
+    real(wp), intent(in) :: damping !! against rigid motions [force/length]
 
-    call set_center(form%condensed, system%body%damping)
+    call set_center(form%condensed, damping)
     form%condensed%bulk_then = form%condensed%bulk
     form%condensed%rigid_then = form%condensed%rigid
   end subroutine note_center
 
   !> Back to where the step began.
-  subroutine return_to_center(system, form)
-    type(system_t), intent(in) :: system !! pseudo_step given
+  subroutine return_to_center(form, damping)
     type(form_t), intent(inout) :: form !! gets forces, defects, motions
+    real(wp), intent(in) :: damping !! against rigid motions [force/length]
 
     form%condensed%bulk = form%condensed%bulk_then
     form%condensed%rigid = form%condensed%rigid_then
-    form%condensed%rigid%damping = system%body%damping
+    form%condensed%rigid%damping = damping
   end subroutine return_to_center
 
   !> There is no damping any more.

@@ -120,20 +120,22 @@ contains
   !> Two starts at the candidates: where they were, and in equilibrium with the forces of the last
   !! state under the new loads. Other nodes are carried along, and so are bodies that contact holds:
   !! under the new loads those forces are no equilibrium of theirs.
-  subroutine place_starts(body, position, condensed)
+  subroutine place_starts(form, body, position)
+    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
     type(bodies_t), intent(in) :: body !! connected bodies
     type(positions_t), intent(inout) :: position !! left and carried given; both are completed
-    type(condensed_t), intent(inout) :: condensed !! what the condensed form keeps
-    real(wp) :: u(condensed%n)
+    real(wp) :: u(form%condensed%n)
     integer :: i
 
-    where (condensed%place == 0) position%left = position%carried
-    call restore_forces(condensed)
-    call find_equilibrium(condensed, u)
-    do i = 1, condensed%n
-      if (body%floating(body%node_body(condensed%node(i)))) cycle
-      position%carried(condensed%direction(i), condensed%node(i)) = u(i)
-    end do
+    associate (condensed => form%condensed)
+      where (condensed%place == 0) position%left = position%carried
+      call restore_forces(condensed)
+      call find_equilibrium(condensed, u)
+      do i = 1, condensed%n
+        if (body%floating(body%node_body(condensed%node(i)))) cycle
+        position%carried(condensed%direction(i), condensed%node(i)) = u(i)
+      end do
+    end associate
   end subroutine place_starts
 
   !> A nodal field at the candidates.
@@ -176,15 +178,15 @@ contains
 
   !> The defects as they are, where they have been carried on from iteration to iteration: those of
   !! long directions, or under large forces, have lost digits.
-  subroutine renew_defects(system, form)
-    type(system_t), intent(inout) :: system !! u and forces given; gets defect, imbalance
-    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
-    real(wp) :: u(form%condensed%n)
+  subroutine renew_defects(form, u)
+    type(form_t), intent(inout) :: form !! forces given; gets defect, imbalance
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    real(wp) :: there(form%condensed%n)
 
     associate (condensed => form%condensed)
-      call refresh_candidates(system, form)
-      call find_equilibrium(condensed, u)
-      condensed%bulk%defect = u - candidate_values(condensed, system%u)
+      call refresh_candidates(form, u)
+      call find_equilibrium(condensed, there)
+      condensed%bulk%defect = there - candidate_values(condensed, u)
       call find_imbalance(condensed)
       call measure_defects(condensed)
     end associate
@@ -211,11 +213,11 @@ contains
   end subroutine measure_defects
 
   !> Moves the candidates that no iteration has moved to where the forces of the iterate put them.
-  subroutine refresh_candidates(system, form)
-    type(system_t), intent(inout) :: system !! u of candidates that are not live
+  subroutine refresh_candidates(form, u)
     type(form_t), intent(inout) :: form !! what the condensed form keeps changes
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) of candidates that are not live [length]
 
-    call place_candidates(form%condensed, form%condensed%alive%live_place == 0, system%u)
+    call place_candidates(form%condensed, form%condensed%alive%live_place == 0, u)
   end subroutine refresh_candidates
 
   !> Moves candidates to where the forces of the iterate, less its defects, put them.
@@ -361,14 +363,14 @@ contains
     integer :: k
 
     associate (condensed => form%condensed)
-      if (condensed%surface_only) call refresh_candidates(system, form)
+      if (condensed%surface_only) call refresh_candidates(form, system%u)
       if (condensed%surface_only) return
       call spread_product(system, form, form%du)
       do k = 1, size(condensed%outer%factors)
         form%du = form%du + condensed%outer%factors(k)*condensed%outer%influence(:, :, k)
       end do
       call add_motion_inside(system, form%condensed, condensed%rigid%alpha, form%du)
-      call refresh_candidates(system, form)
+      call refresh_candidates(form, system%u)
       where (system%equation > 0 .and. condensed%place == 0) system%u = form%du
       form%du = 0.0_wp
       call multiply_some(form%whole%bulk_matrix, any(system%equation == 0, 1), system%u, &

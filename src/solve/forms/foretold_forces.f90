@@ -4,8 +4,7 @@ module foretold_forces
   use kinds, only: wp
   use condensed_types, only: condensed_t, influence_t
   use compliance_products, only: find_equilibrium
-  use condensed_system, only: spread_forces, restore_forces, find_defects
-  use system_types, only: form_t, system_t
+  use condensed_system, only: spread_forces, restore_forces
   implicit none
   private
   public :: expect_without_friction, note_touching, take_rubbed
@@ -33,23 +32,21 @@ contains
   end subroutine note_touching
 
   !> Candidates in equilibrium with the forces that are expected once friction acts.
-  subroutine take_rubbed(system, form, taken)
-    type(system_t), intent(inout) :: system !! gets u, force, defect
-    type(form_t), intent(inout) :: form !! what the condensed form keeps changes
+  subroutine take_rubbed(condensed, floats, u, taken)
+    type(condensed_t), intent(inout) :: condensed !! rubbed given; gets force
+    logical, intent(in) :: floats !! there are bodies that contact alone holds
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
     logical, intent(out) :: taken !! these were foretold
-    real(wp) :: u(form%condensed%n)
+    real(wp) :: there(condensed%n)
     integer :: i
 
-    associate (condensed => form%condensed)
-      taken = allocated(condensed%outer%rubbed) .and. .not. any(system%body%floating)
-      if (.not. taken) return
-      call move_alloc(condensed%outer%rubbed, condensed%outer%kept)
-      call restore_forces(condensed)
-      call find_equilibrium(condensed, u)
-      do i = 1, condensed%n
-        system%u(condensed%direction(i), condensed%node(i)) = u(i)
-      end do
-      call find_defects(system, form)
-    end associate
+    taken = allocated(condensed%outer%rubbed) .and. .not. floats
+    if (.not. taken) return
+    call move_alloc(condensed%outer%rubbed, condensed%outer%kept)
+    call restore_forces(condensed)
+    call find_equilibrium(condensed, there)
+    do i = 1, condensed%n
+      u(condensed%direction(i), condensed%node(i)) = there(i)
+    end do
   end subroutine take_rubbed
 end module foretold_forces

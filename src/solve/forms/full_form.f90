@@ -14,6 +14,7 @@ module full_form
   use full_tangent, only: form_tangent
   use contact_coupling, only: couple_full, couple_full_as_saved
   use system_types, only: form_t, form_kind_t, system_t
+  use system_parts, only: bulk_answer_t, rigid_part_t
   implicit none
   private
   public :: full_form_of_system, free_values
@@ -78,14 +79,16 @@ contains
   end subroutine place_trial
 
   !> Moves to the trial.
-  subroutine take_trial(system, form, length)
-    type(system_t), intent(inout) :: system !! u and bulk_force are moved
+  subroutine take_trial(form, length, u, tools, inner)
     type(form_t), intent(inout) :: form !! bulk_change, trial
     real(wp), intent(in) :: length !! share of du
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
+    type(bulk_answer_t), intent(inout) :: inner !! gets bulk_force
 
-    system%u = form%trial
-    call take_rigid(system%u, system%tools)
-    system%inner%bulk_force = system%inner%bulk_force + length*form%bulk_change
+    u = form%trial
+    call take_rigid(u, tools)
+    inner%bulk_force = inner%bulk_force + length*form%bulk_change
   end subroutine take_trial
 
   !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are regularised if

@@ -27,6 +27,7 @@ contains
     type(system_t), intent(inout) :: system !! gets matrix, csc, symmetric, right
     type(form_t), intent(inout) :: form !! gets border, right, matrix
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    real(wp) :: skew
     integer :: k
 
     call form_bulk_tangent(x, system, form)
@@ -46,13 +47,13 @@ contains
       end do
     end if
     call assemble(system%contact, task_tangent, x, system%u, system%contact_force, &
-      form%whole%matrix)
+      form%whole%matrix, skew=skew)
     call gather_right(system, form, 0.0_wp, .false.)
     if (any(system%body%floating)) system%body%regularised = unheld_bodies(x, system, form)
     if (any(system%body%floating)) call regularise_bodies(system, form)
     call form_border(system, form)
     call hand_values(form%whole%matrix, system%equation, form%whole%solver%by_nodes, form%whole%csc)
-    form%whole%symmetric = system%contact%asymmetry <= symmetry_tolerance .and. &
+    form%whole%symmetric = skew <= symmetry_tolerance .and. &
       .not. allocated(system%loads%pressed)
     call end_cost(form%costs, cost_contact_tangent)
   end subroutine form_tangent

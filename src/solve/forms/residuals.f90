@@ -59,7 +59,7 @@ contains
     type(form_t), intent(inout) :: form !! its kind answers
 
     if (.not. any(model%pairs%smooth)) return
-    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
+    if (associated(form%kind%refresh)) call form%kind%refresh(form, system%u)
     system%position%x_now = model%mesh%x + system%u
     call begin_cost(system%costs, cost_search)
     call system%terms%bend_surfaces(model, system%place, system%u, system%contact)

@@ -12,6 +12,7 @@ module system_building
   use follower_pressure, only: list_pressures
   use springs, only: start_springs
   use rigid_bodies, only: start_rigid
+  use rigid_paths, only: count_rigid
   use supports, only: find_floating_bodies
   use full_form, only: full_form_of_system
   use term_choice, only: terms_of_system
@@ -63,7 +64,8 @@ contains
     call fix_held(model, system%equation, system%body)
     if (allocated(system%body%fixed)) call number_equations(model%conditions%restrained .or. &
       system%body%fixed, system%equation, system%equations)
-    call start_rigid(model, system, state)
+    call start_rigid(model, system%equations, system%body%node_body, system%tools)
+    allocate (state%rigid(6, count_rigid(model)), source=0.0_wp)
     call start_springs(model, system%equation, system%loads)
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system%loads)

@@ -26,20 +26,21 @@ module accepted_state
 contains
 
   !> Takes the converged iterate as the new state.
-  subroutine accept(model, system, form, state, time, known)
+  subroutine accept(model, system, form, state, time, inside_due, known)
     type(model_t), intent(inout) :: model !! history is committed
     type(system_t), intent(inout) :: system !! converged
     type(form_t), intent(inout) :: form !! its kind given; gets condensed, matrix
     type(state_t), intent(inout) :: state !! becomes the new state
     real(wp), intent(in) :: time !! its time
-    logical, intent(in), optional :: known !! the displacements inside are known
+    logical, intent(in) :: inside_due !! displacements inside are asked for at it
+    logical, intent(in), optional :: known !! they are known
     logical :: inside_known
 
     inside_known = .false.
     if (present(known)) inside_known = known
     state%whole = .true.
-    if (associated(form%kind%accept)) call form%kind%accept(model, system, form, inside_known, &
-      state%whole)
+    if (associated(form%kind%accept)) call form%kind%accept(model, system, form, inside_due, &
+      inside_known, state%whole)
     call keep_path(model, system%touch, state, time)
     state%u = system%u
     state%began = state%time

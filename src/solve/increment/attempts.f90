@@ -5,7 +5,7 @@ module attempts
     outcome_too_many, outcome_singular, outcome_restless, outcome_gaps, outcome_inverted
   implicit none
   private
-  public :: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text
+  public :: attempt_t, trail_t, failed_t, plan_attempts, is_called_for, has_failed, plan_text
   public :: start_chosen, start_same, start_other, path_penalties, path_damping, &
     multipliers_updated, multipliers_along, multipliers_rest_first
 
@@ -43,6 +43,12 @@ module attempts
     logical :: floats = .false. !! contact alone holds a body, and dampings have not failed too
     !! often
   end type trail_t
+
+  !> What has failed since the last increment that was accepted.
+  type :: failed_t
+    logical :: all_ways = .false. !! the last increment, with and without multipliers along
+    integer :: dampings = 0 !! that have led nowhere
+  end type failed_t
 
   !> Outcomes after which another way may lead where this one has not.
   integer, parameter :: failures(6) = [outcome_stalled, outcome_too_many, outcome_restless, &

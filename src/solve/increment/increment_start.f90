@@ -115,6 +115,8 @@ contains
     foretold = .false.
     if (associated(form%kind%begin)) call form%kind%begin(model, system, form, state, time, &
       foretold)
+    if (associated(form%kind%place_starts)) call form%kind%place_starts(form, system%body, &
+      system%position)
   end subroutine prepare_start
 
   !> Starts from the bodies carried along rigidly, or from where they were, whichever leaves the
@@ -220,8 +222,9 @@ contains
     logical :: taken
 
     if (.not. associated(form%kind%start_rubbing)) return
-    call form%kind%start_rubbing(system, form, taken)
+    call form%kind%start_rubbing(form, system%body, system%u, taken)
     if (.not. taken) return
+    if (associated(form%kind%note_moved)) call form%kind%note_moved(system, form)
     system%position%x_now = model%mesh%x + system%u
     call move_targets(model, system, settings%extrapolation, changes)
   end subroutine start_rubbing
@@ -245,7 +248,7 @@ contains
     end if
     system%place%coupled = .false.
     if (associated(form%kind%restart)) call form%kind%restart(system, form)
-    call expect_status(model, system)
+    call expect_status(model, system%place, system%position, system%body, system%contact)
     call form_residual(system, form, model%mesh%x)
     norm = residual_norm(system, form)
     system%place%begun = .not. (any(system%body%floating) .or. any(shifts_gap(model%pairs)))

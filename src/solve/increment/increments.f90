@@ -8,8 +8,8 @@ module increments
   use solver_choice, only: choose_solver
   use newton, only: newton_t, outcome_converged, outcome_restless
   use contact_parameters, only: is_stiff, shifts_gap
-  use attempts, only: attempt_t, trail_t, plan_attempts, is_called_for, has_failed, plan_text, &
-    path_damping
+  use attempts, only: attempt_t, trail_t, failed_t, plan_attempts, is_called_for, has_failed, &
+    plan_text, path_damping
   use attempt_paths, only: try_attempt
   use accepted_state, only: accept
   use stacks, only: is_stack
@@ -34,13 +34,14 @@ module increments
 contains
 
   !> Solves for the state at `time`. On failure nothing is accepted: history and state stay.
-  subroutine solve_increment(model, system, form, state, time, settings, monitor, progress)
+  subroutine solve_increment(model, system, form, state, time, settings, failed, monitor, progress)
     type(model_t), intent(inout) :: model !! history of its pairs is committed on success
     type(system_t), intent(inout) :: system !! u is the new state on success
     type(form_t), intent(inout) :: form !! the linearised system in its form
     type(state_t), intent(inout) :: state !! last converged state; the new one on success
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
+    type(failed_t), intent(inout) :: failed !! before; forgotten on success
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(out) :: progress !! how it ended
     logical :: known, missed
@@ -55,13 +56,14 @@ contains
       call solve_mortar(model, system, form, state, time, settings, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
       if (progress%outcome == outcome_converged) call look_for_strays(model, system, form, progress)
-      if (progress%outcome == outcome_converged) call accept(model, system, form, state, time)
+      if (progress%outcome == outcome_converged) call accept(model, system, form, state, time, &
+        settings%inside_due)
       return
     end if
     do look = 1, most_looks
       call begin_at(model, system, state, time)
       call choose_start(model, system, form, state, time, monitor)
-      call follow_plan(model, system, form, time, settings, monitor, progress)
+      call follow_plan(model, system, form, time, settings, failed, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)
       if (progress%outcome /= outcome_converged) return
       call look_inside(model, system, form, state, settings, monitor, known, missed)
@@ -70,18 +72,18 @@ contains
     end do
     if (progress%outcome == outcome_converged) call look_for_strays(model, system, form, progress)
     if (progress%outcome /= outcome_converged) return
-    system%motion%hopeless = .false.
-    system%body%in_vain = 0
-    call accept(model, system, form, state, time, known)
+    failed = failed_t()
+    call accept(model, system, form, state, time, settings%inside_due, known)
   end subroutine solve_increment
 
   !> Tries one way after the other, until one leads to a solution.
-  subroutine follow_plan(model, system, form, time, settings, monitor, progress)
+  subroutine follow_plan(model, system, form, time, settings, failed, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: working points
     type(system_t), intent(inout) :: system !! in: start; out: the last iterate
     type(form_t), intent(inout) :: form !! the linearised system in its form
     real(wp), intent(in) :: time !! end of the increment
     type(settings_t), intent(in) :: settings !! tolerances
+    type(failed_t), intent(inout) :: failed !! counts on
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! how it ended
     type(attempt_t), allocatable :: plan(:)
@@ -89,14 +91,14 @@ contains
     real(wp) :: start(3, size(system%u, 2))
     integer :: k
 
-    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system%body), &
-      system%motion%hopeless, may_soften(model))
+    plan = plan_attempts(any(shifts_gap(model%pairs)), is_stack(system%body), failed%all_ways, &
+      may_soften(model))
     start = system%u
     trail%other_start = any(abs(system%position%carried - system%position%left) > 0.0_wp)
     trail%carried_left = any(abs(system%position%carried - start) > 0.0_wp)
     do k = 1, size(plan)
       trail%waits = system%touch%stage == touch_waits
-      trail%floats = any(system%body%floating) .and. system%body%in_vain < most_in_vain
+      trail%floats = any(system%body%floating) .and. failed%dampings < most_in_vain
       if (.not. is_called_for(plan(k), k, trail)) cycle
       if (trail%last == 1) call monitor%detail('  attempts: '//plan_text(plan))
       call try_attempt(plan(k), start, model, system, form, time, settings, monitor, progress, &
@@ -105,9 +107,9 @@ contains
       trail%outcome = progress%outcome
       call look_for_thrown(model, system, form, progress, monitor, trail%thrown)
     end do
-    if (has_failed(progress%outcome)) system%motion%hopeless = .true.
+    if (has_failed(progress%outcome)) failed%all_ways = .true.
     if (plan(trail%last)%path == path_damping .and. progress%outcome /= outcome_converged) &
-      system%body%in_vain = system%body%in_vain + 1
+      failed%dampings = failed%dampings + 1
   end subroutine follow_plan
 
   !> Says once that a segmented pair has fewer points than its cells want.

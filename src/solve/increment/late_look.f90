@@ -55,7 +55,7 @@ contains
     type(system_t), intent(inout) :: system !! converged; u of all nodes, condensed may grow
     type(form_t), intent(inout) :: form !! its kind given; gets condensed
     type(state_t), intent(in) :: state !! last converged state
-    type(settings_t), intent(in) :: settings !! how far an apex may lie outside its target
+    type(settings_t), intent(in) :: settings !! what is due; how far an apex may lie outside
     class(monitor_t), intent(inout) :: monitor !! hears of missed points
     logical, intent(out) :: known !! the displacements inside are known now
     logical, intent(out) :: missed !! it is to be solved once more
@@ -65,9 +65,9 @@ contains
     missed = .false.
     known = .false.
     if (form%kind%knows_inside .or. form%condensed%surface_only) return
-    if (.not. system%inside_due) then
+    if (.not. settings%inside_due) then
       if (can_do_without(model, system, form%condensed)) then
-        call form%kind%refresh(system, form)
+        call form%kind%refresh(form, system%u)
         call follow_nodes(model, system, form%condensed, state, strayed)
         if (.not. strayed) return
       end if

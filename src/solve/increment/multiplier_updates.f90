@@ -9,6 +9,7 @@ module multiplier_updates
   use contact_parameters, only: shifts_gap, raise_along, most_updates
   use contact_types, only: forget_moves
   use augmentation, only: augmentation_t, check_gaps, update_multipliers
+  use point_status, only: hold_sticking
   use monitors, only: monitor_t
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t
@@ -89,6 +90,7 @@ contains
         progress%outcome = outcome_gaps
         return
       end if
+      call hold_sticking(system%contact)
       call update_multipliers(model, system, augmentation, monitor)
       progress%updated = .true.
       budget%most_solves = progress%solves + settings%most_solves

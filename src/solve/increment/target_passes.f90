@@ -81,7 +81,7 @@ contains
     logical, intent(out) :: settled !! it has converged with these targets and patches, too
     integer :: changes
 
-    if (associated(form%kind%refresh)) call form%kind%refresh(system, form)
+    if (associated(form%kind%refresh)) call form%kind%refresh(form, system%u)
     if (has_flown(model, system, form)) call form%kind%recover(system, form)
     system%position%x_now = model%mesh%x + system%u
     settled = .true.

@@ -13,6 +13,7 @@ module stepping
   use newton, only: newton_t, outcome_converged, outcome_stalled, outcome_too_many, outcome_open, &
     outcome_singular, outcome_memory, outcome_stopped, outcome_restless, outcome_gaps, &
     outcome_inverted, outcome_through, outcome_turned, outcome_thrown
+  use attempts, only: failed_t
   use increments, only: solve_increment
   use diagnosis, only: explain_failure, unrestrained_bodies, has_flying_body
   use statics, only: verdict_t, judge_statics, judge_at_rest, close_by, statics_carried
@@ -46,6 +47,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(error_t), allocatable, intent(out) :: error !! no convergence, singular, stopped
     type(newton_t) :: progress
+    type(failed_t) :: failed
     type(error_t), allocatable :: first
     integer :: done, part, least, longest
     logical :: hopeless, flies
@@ -63,7 +65,7 @@ contains
       end do
       time = begin + (end_time - begin)*(real(done + part, wp)/real(finest_division, wp))
       if (done + part == finest_division) time = end_time
-      call solve_increment(model, system, form, state, time, settings, monitor, progress)
+      call solve_increment(model, system, form, state, time, settings, failed, monitor, progress)
       if (progress%outcome == outcome_converged) then
         call monitor%accepted(model, system, form, state)
         call tell_free_bodies(model, system, form, monitor)
@@ -79,8 +81,7 @@ contains
         if (state%whole) &
           call try_otherwise(model, system, form, progress, time, monitor, first, error, flies)
         if (allocated(error)) return
-        system%body%in_vain = 0
-        system%motion%hopeless = .false.
+        failed = failed_t()
         call begin_whole(system%equations, done, flies, part, least)
         part = min(part, longest)
         cycle

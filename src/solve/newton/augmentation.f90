@@ -3,7 +3,7 @@
 module augmentation
   use kinds, only: wp
   use text, only: to_text, count_noun
-  use element_types, only: task_stress, n_element_stress, status_open, status_stick
+  use element_types, only: task_stress, n_element_stress, status_open
   use model_types, only: model_t
   use contact_types, only: pair_t, forget_moves
   use contact_parameters, only: shifts_gap, has_field
@@ -191,15 +191,13 @@ contains
   end function force_in_facet
 
   !> The multipliers become the forces; the penalty of a pair that comes along slowly is raised.
-  !! Points that stick are held for the next iteration.
   subroutine update_multipliers(model, system, augmentation, monitor)
     type(model_t), intent(inout) :: model !! pairs: multipliers of the working points, raise
-    type(system_t), intent(inout) :: system !! contact elements; gets hold
+    type(system_t), intent(in) :: system !! contact elements
     type(augmentation_t), intent(inout) :: augmentation !! measured; counts on
     class(monitor_t), intent(inout) :: monitor !! hears of a raised penalty
     integer :: k
 
-    system%contact%hold = system%contact%status == status_stick
     do k = 1, size(model%pairs)
       if (shifts_gap(model%pairs(k)) .and. .not. has_field(model%pairs(k))) &
         call take_point_forces(model, system, k, augmentation)

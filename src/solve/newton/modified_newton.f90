@@ -76,7 +76,7 @@ contains
         return
       end if
       if (associated(form%kind%note_repeated)) call form%kind%note_repeated(form, after/before)
-      call form%kind%take_trial(system, form, 1.0_wp)
+      call form%kind%take_trial(form, 1.0_wp, system%u, system%tools, system%inner)
       if (system%motion%active) call settle_multipliers(system%motion, 1.0_wp)
       modified%steps = modified%steps + 1
       call count_cost(system%costs, cost_modified_newton, 1)

@@ -50,7 +50,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
 
-    call begin_pseudo_time(system, form)
+    call begin_pseudo_time(system%u, system%tools, system%inner%bulk_force, system%body, form)
     if (.not. system%place%begun) call form_residual(system, form, model%mesh%x)
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
@@ -157,7 +157,7 @@ contains
 
     sound = .true.
     if (.not. associated(form%kind%renew)) return
-    call form%kind%renew(system, form)
+    call form%kind%renew(form, system%u)
     call form_residual(system, form, x)
     sound = residual_norm(system, form) <= max(round_off_factor*system%scale%round_off, &
       max(true_share, settings%asked(tol_residual))*force_scale(system%scale))
@@ -181,8 +181,9 @@ contains
     call begin_iteration(report)
     if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
       call close_bodies(model%mesh%x, system, form, dropped)
-      if (dropped .and. associated(form%kind%note_drop)) call form%kind%note_drop(system, form)
-      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system, form)
+      if (dropped .and. associated(form%kind%note_moved)) call form%kind%note_moved(system, form)
+      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system%u, &
+        system%tools, system%inner%bulk_force, system%body, form)
       if (dropped) call form_residual(system, form, model%mesh%x)
     end if
     progress%start = residual_norm(system, form)

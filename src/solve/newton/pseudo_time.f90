@@ -4,7 +4,7 @@ module pseudo_time
   use kinds, only: wp
   use residuals, only: form_residual, residual_norm, round_off_factor
   use system_types, only: form_t, system_t
-  use system_parts, only: bodies_t
+  use system_parts, only: bodies_t, rigid_part_t
   implicit none
   private
   public :: begin_pseudo_time, settle_pseudo_step, count_way, let_free, pseudo_patience
@@ -37,18 +37,21 @@ contains
 
   !> The damping at the start of a solve: the first one, unless the last solve was left while a body
   !! was on its way.
-  subroutine begin_pseudo_time(system, form)
-    type(system_t), intent(inout) :: system !! gets damping, the place it is measured from
+  subroutine begin_pseudo_time(u, tools, bulk_force, body, form)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies, as they are there
+    real(wp), intent(in) :: bulk_force(:, :) !! (3, nodes) of the iterate [force]
+    type(bodies_t), intent(inout) :: body !! gets damping, the place it is measured from
     type(form_t), intent(inout) :: form !! its kind answers
 
-    if (.not. system%body%step_done) then
-      system%body%damping = system%body%first_damping
-      system%body%pseudo_step%too_small = 0.0_wp
-      system%body%pseudo_step%at_rest = huge(1.0_wp)
-      system%body%pseudo_step%steady = 0
+    if (.not. body%step_done) then
+      body%damping = body%first_damping
+      body%pseudo_step%too_small = 0.0_wp
+      body%pseudo_step%at_rest = huge(1.0_wp)
+      body%pseudo_step%steady = 0
     end if
-    system%body%step_done = .false.
-    if (system%body%damping > 0.0_wp) call note_center(system, form)
+    body%step_done = .false.
+    if (body%damping > 0.0_wp) call note_center(u, tools, bulk_force, body, form)
   end subroutine begin_pseudo_time
 
   !> Judges the Euler step after each of its iterations: goes on with it, takes it, or gives it up.
@@ -78,12 +81,12 @@ contains
         pseudo_step%too_small = forgetting*pseudo_step%too_small
         system%body%damping = max(growth(pseudo_step%iterations)*system%body%damping, &
           pseudo_step%too_small, least_damping*system%scale%stiffest)
-        call note_center(system, form)
+        call note_center(system%u, system%tools, system%inner%bulk_force, system%body, form)
       else if (is_lost(system, norm)) then
         pseudo_step%too_small = safety*system%body%damping
         system%body%damping = failed_growth*system%body%damping
         hopeless = system%body%damping > most_damping_growth*system%body%first_damping
-        call return_to_center(system, form)
+        call return_to_center(system%body, form, system%u, system%tools, system%inner%bulk_force)
         rests = .true.
       end if
     end associate
@@ -125,41 +128,48 @@ contains
   end subroutine count_way
 
   !> The undamped residual is that of the iterate: the damping is measured from here.
-  subroutine note_center(system, form)
-    type(system_t), intent(inout) :: system !! iterate given; gets pseudo_step
+  subroutine note_center(u, tools, bulk_force, body, form)
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies, as they are there
+    real(wp), intent(in) :: bulk_force(:, :) !! (3, nodes) of the iterate [force]
+    type(bodies_t), intent(inout) :: body !! gets pseudo_step
     type(form_t), intent(inout) :: form !! its kind answers
     integer :: b, n
 
     n = 0
-    if (allocated(system%tools%rigid)) n = size(system%tools%rigid)
-    associate (pseudo_step => system%body%pseudo_step)
+    if (allocated(tools%rigid)) n = size(tools%rigid)
+    associate (pseudo_step => body%pseudo_step)
       pseudo_step%iterations = 0
-      pseudo_step%u = system%u
-      pseudo_step%gone = spread(0.0_wp, 1, system%tools%unknowns)
-      pseudo_step%pose = reshape([real(wp) :: (system%tools%rigid(b)%move, &
-        system%tools%rigid(b)%turn, b=1, n)], [3, 4, n])
-      pseudo_step%bulk_force = system%inner%bulk_force
+      pseudo_step%u = u
+      pseudo_step%gone = spread(0.0_wp, 1, tools%unknowns)
+      pseudo_step%pose = reshape([real(wp) :: (tools%rigid(b)%move, tools%rigid(b)%turn, b=1, n)], &
+        [3, 4, n])
+      pseudo_step%bulk_force = bulk_force
     end associate
-    if (associated(form%kind%note_center)) call form%kind%note_center(system, form)
+    if (associated(form%kind%note_center)) call form%kind%note_center(form, body%damping)
   end subroutine note_center
 
   !> Back to where the step began.
-  subroutine return_to_center(system, form)
-    type(system_t), intent(inout) :: system !! gets the iterate of pseudo_step
+  subroutine return_to_center(body, form, u, tools, bulk_force)
+    type(bodies_t), intent(inout) :: body !! pseudo_step given
     type(form_t), intent(inout) :: form !! its kind answers
+    real(wp), intent(inout) :: u(:, :) !! (3, nodes) gets displacements from there [length]
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies: where they were
+    real(wp), intent(inout) :: bulk_force(:, :) !! (3, nodes) likewise [force]
     integer :: b
 
-    associate (pseudo_step => system%body%pseudo_step)
+    associate (pseudo_step => body%pseudo_step)
       pseudo_step%iterations = 0
-      system%u = pseudo_step%u
+      u = pseudo_step%u
       pseudo_step%gone = 0.0_wp
       do b = 1, size(pseudo_step%pose, 3)
-        system%tools%rigid(b)%move = pseudo_step%pose(:, 1, b)
-        system%tools%rigid(b)%turn = pseudo_step%pose(:, 2:, b)
+        tools%rigid(b)%move = pseudo_step%pose(:, 1, b)
+        tools%rigid(b)%turn = pseudo_step%pose(:, 2:, b)
       end do
-      system%inner%bulk_force = pseudo_step%bulk_force
+      bulk_force = pseudo_step%bulk_force
     end associate
-    if (associated(form%kind%return_to_center)) call form%kind%return_to_center(system, form)
+    if (associated(form%kind%return_to_center)) call form%kind%return_to_center(form, &
+      body%damping)
   end subroutine return_to_center
 
   !> No damping any more.

@@ -21,20 +21,21 @@ contains
   !! its place is one of many, unless the deck holds it.
   subroutine tell_free_bodies(model, system, form, monitor)
     type(model_t), intent(in) :: model !! mesh, HOLD
-    type(system_t), intent(inout) :: system !! converged; gets told
+    type(system_t), intent(in) :: system !! converged
     type(form_t), intent(in) :: form !! its kind, right
-    class(monitor_t), intent(inout) :: monitor !! hears of it
+    class(monitor_t), intent(inout) :: monitor !! hears of it once
     character(:), allocatable :: name, what
     real(wp) :: motions(6, 6)
     integer :: b, k, n, pivot(6)
 
+    if (.not. allocated(monitor%told)) allocate (monitor%told(system%body%bodies), source=.false.)
     if (allocated(system%body%fixed)) call tell_fixed(model, system, monitor)
     if (.not. any(system%body%floating)) return
     do b = 1, system%body%bodies
-      if (.not. system%body%floating(b) .or. system%body%told(b)) cycle
+      if (.not. system%body%floating(b) .or. monitor%told(b)) cycle
       call free_motions(model%mesh%x, system, b, .true., .true., n, motions)
       if (n == 0 .or. closed_points(system, b) == 0) cycle
-      system%body%told(b) = .true.
+      monitor%told(b) = .true.
       call sort_motions(motions(:, :n), pivot(:n))
       name = body_name(model, system, b)
       what = ''
@@ -54,14 +55,14 @@ contains
   !> Tells once of each body that HOLD stops at fixings, where no pair can hold it.
   subroutine tell_fixed(model, system, monitor)
     type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! converged; gets told
-    class(monitor_t), intent(inout) :: monitor !! hears of it
+    type(system_t), intent(in) :: system !! converged
+    class(monitor_t), intent(inout) :: monitor !! hears of it once
     integer :: b, n
 
     do b = 1, system%body%bodies
       n = count(system%body%fixed .and. spread(system%body%node_body == b, 1, 3))
-      if (n == 0 .or. system%body%told(b)) cycle
-      system%body%told(b) = .true.
+      if (n == 0 .or. monitor%told(b)) cycle
+      monitor%told(b) = .true.
       call monitor%event('  HOLD: '//body_name(model, system, b)//' has '//count_noun(n, &
         'rigid motion')//' without resistance and is held; the reaction of that is '// &
         to_text(fixing_reaction(system, b), 3))

@@ -27,6 +27,7 @@ module monitors
 
   !> Receives reports; the run layer extends it.
   type, abstract :: monitor_t
+    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
   contains
     procedure(report_iteration), deferred :: iteration !! after each iteration
     procedure(report_event), deferred :: event !! anything else worth a line in the log

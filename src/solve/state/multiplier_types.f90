@@ -9,7 +9,6 @@ module multiplier_types
   !> Multipliers of the contact points, and how forces depend on them at the present iterate.
   type :: multiplier_motion_t
     logical :: active = .false. !! they come along in this solve
-    logical :: hopeless = .false. !! the last increment has failed with and without that
     real(wp), allocatable :: scale(:) !! (n) shift over multiplier; 0 where a point has none
     real(wp), allocatable :: start(:, :) !! (3, n) before the step, in the targets' frames [force]
     real(wp), allocatable :: way(:, :) !! (3, n) change of a full step [force]

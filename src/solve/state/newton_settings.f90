@@ -26,6 +26,7 @@ module newton_settings
   type :: settings_t
     real(wp) :: asked(n_settings) = settings_of_deck%given !! what solution commands have set
     type(search_t) :: search !! step lengths
+    logical :: inside_due = .true. !! displacements inside are asked for at the end time
     integer :: most_solves = 50 !! linear solves of one increment
     logical :: coarsely = .false. !! it is enough to know which points stick, slip and are open
     integer :: parts = 1 !! an interval between end times begins in so many, a power of 2

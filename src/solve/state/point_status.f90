@@ -5,7 +5,7 @@ module point_status
   use element_lists, only: element_list_t
   implicit none
   private
-  public :: contact_counts, forget_expected, turned_back
+  public :: contact_counts, forget_expected, hold_sticking, turned_back
 
 contains
 
@@ -30,6 +30,13 @@ contains
     list%keep = 0.0_wp
     list%slide = .false.
   end subroutine forget_expected
+
+  !> Points that stick are held for the next iteration.
+  pure subroutine hold_sticking(list)
+    type(element_list_t), intent(inout) :: list !! contact elements; gets hold
+
+    list%hold = list%status == status_stick
+  end subroutine hold_sticking
 
   !> Points whose slip has turned back since the iteration before.
   pure function turned_back(list, least) result(turned)

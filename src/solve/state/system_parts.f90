@@ -43,13 +43,11 @@ module system_parts
     type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
     logical, allocatable :: fixed(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
     logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
-    logical, allocatable :: told(:) !! (bodies) a motion that nothing resists has been told of
     logical, allocatable :: regularised(:) !! (bodies) held by soft springs in this iteration
     logical :: settled = .false. !! the last full step has left nearly all points as they were
     real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
     !! [force/length]
     real(wp) :: first_damping = 0.0_wp !! the same at the start of a solve [force/length]
-    integer :: in_vain = 0 !! dampings since the last accepted increment that have led nowhere
     type(pseudo_step_t) :: pseudo_step !! the step with damping that is under way
     logical :: step_done = .false. !! a solve was left while a body with damping was on its way
   end type bodies_t

@@ -61,7 +61,6 @@ module system_types
     type(rigid_part_t) :: tools !! rigid bodies with a point
     type(contact_places_t) :: place !! where the contact elements are
     type(scales_t) :: scale !! forces and lengths to compare with
-    logical :: inside_due = .true. !! displacements inside are asked for at the end time
     integer :: spared = 0 !! end times of the run at which they are not
     logical :: whole_factors = .false. !! a study asks the factors after the run: none is shrunk
     logical :: slopes_due = .false. !! derivatives ask for the factor of an increment's last tangent
@@ -82,6 +81,7 @@ module system_types
     !! directions, and the bulk answers to a jump as it is
     ! the start of an increment
     procedure(form_begin), pointer, nopass :: begin => null() !! loads without contact
+    procedure(form_starts), pointer, nopass :: place_starts => null() !! as far as it knows better
     procedure(form_act), pointer, nopass :: restart => null() !! at the start, targets chosen
     procedure(form_forget), pointer, nopass :: begin_anew => null() !! the other start after a stall
     procedure(form_foresee), pointer, nopass :: foresee => null() !! what a start leaves
@@ -95,8 +95,8 @@ module system_types
     procedure(form_gather), pointer, nopass :: gather => null() !! right-hand side
     procedure(form_place), pointer, nopass :: place_trial => null() !! at u + length du
     procedure(form_length), pointer, nopass :: take_trial => null() !! moves the iterate there
-    procedure(form_note), pointer, nopass :: note_drop => null() !! u was moved by a rigid motion
-    procedure(form_act), pointer, nopass :: renew => null() !! what iterations carry on
+    procedure(form_note), pointer, nopass :: note_moved => null() !! u was moved by no iteration
+    procedure(form_move), pointer, nopass :: renew => null() !! what iterations carry on
     ! directions
     procedure(form_direct), pointer, nopass :: find_direction => null() !! tangent, factor, solution
     procedure(form_repeat), pointer, nopass :: repeat_direction => null() !! with the factor at hand
@@ -121,11 +121,11 @@ module system_types
     procedure(form_resultant), pointer, nopass :: floating_resultant => null() !! of the residual
     procedure(form_mask), pointer, nopass :: placed_nodes => null() !! whose u is the iterate's
     ! the end of an increment, and steps of pseudo-time
-    procedure(form_act), pointer, nopass :: refresh => null() !! candidates no iteration moves
+    procedure(form_move), pointer, nopass :: refresh => null() !! candidates no iteration moves
     procedure(form_act), pointer, nopass :: recover => null() !! all nodes, forces of the bulk
     procedure(form_accept), pointer, nopass :: accept => null() !! the iterate becomes the state
-    procedure(form_note), pointer, nopass :: note_center => null() !! a step begins here
-    procedure(form_note), pointer, nopass :: return_to_center => null() !! back to where it began
+    procedure(form_center), pointer, nopass :: note_center => null() !! a step begins here
+    procedure(form_center), pointer, nopass :: return_to_center => null() !! back to where it began
     procedure(form_forget), pointer, nopass :: forget_damping => null() !! there is none any more
   end type form_kind_t
 
@@ -196,22 +196,29 @@ module system_types
       type(system_t), intent(in) :: system !! contact elements, u, motion
     end function term_fit
 
-    !> An increment begins: what its loads do without contact, and where contact forces that are
-    !! foretold for its end put the bodies.
+    !> An increment begins: what its loads do without contact.
     subroutine form_begin(model, system, form, state, time, foretold)
       import :: model_t, system_t, form_t, state_t, wp
       implicit none
       type(model_t), intent(in) :: model !! loads
-      type(system_t), intent(inout) :: system !! position%carried may be moved
+      type(system_t), intent(in) :: system !! the iterate
       type(form_t), intent(inout) :: form !! what it keeps of the loads
       type(state_t), intent(in) :: state !! last converged state
       real(wp), intent(in) :: time !! end of the increment
-      logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
+      logical, intent(out) :: foretold !! contact forces of its end are foretold
     end subroutine form_begin
 
-    !> restart: contact elements at the start; couple: their nodes are others; refresh: nodes that
-    !! no iteration moves, as far as contact may touch them; recover: all nodes, the bulk's forces;
-    !! renew: what has been carried on from iteration to iteration, the residual is due again.
+    !> Its two starts: where contact forces of the last state, or foretold ones, put the bodies.
+    subroutine form_starts(form, body, position)
+      import :: form_t, bodies_t, positions_t
+      implicit none
+      type(form_t), intent(inout) :: form !! the forces
+      type(bodies_t), intent(in) :: body !! connected bodies
+      type(positions_t), intent(inout) :: position !! left and carried given; both are completed
+    end subroutine form_starts
+
+    !> restart: contact elements at the start; couple: their nodes are others; recover: all nodes,
+    !! the bulk's forces.
     subroutine form_act(system, form)
       import :: system_t, form_t
       implicit none
@@ -219,14 +226,31 @@ module system_types
       type(form_t), intent(inout) :: form !! what goes with it
     end subroutine form_act
 
-    !> note_drop: u has been moved by a rigid motion; note_center, return_to_center: of a step of
-    !! pseudo-time.
+    !> refresh: nodes that no iteration moves, as far as contact may touch them; renew: what has
+    !! been carried on from iteration to iteration, the residual is due again.
+    subroutine form_move(form, u)
+      import :: form_t, wp
+      implicit none
+      type(form_t), intent(inout) :: form !! what goes with the iterate
+      real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
+    end subroutine form_move
+
+    !> u has been moved by a rigid motion, or to where foretold forces put it.
     subroutine form_note(system, form)
       import :: system_t, form_t
       implicit none
       type(system_t), intent(in) :: system !! the iterate
       type(form_t), intent(inout) :: form !! what goes with it
     end subroutine form_note
+
+    !> note_center: a step of pseudo-time begins here; return_to_center: back there, with other
+    !! damping.
+    subroutine form_center(form, damping)
+      import :: form_t, wp
+      implicit none
+      type(form_t), intent(inout) :: form !! what goes with the iterate
+      real(wp), intent(in) :: damping !! against rigid motions [force/length]
+    end subroutine form_center
 
     !> begin_anew: the other start after a stall; forget_damping: there is none any more.
     subroutine form_forget(form)
@@ -256,11 +280,12 @@ module system_types
     end subroutine form_doubt
 
     !> start_rubbing: u is in balance with the friction that was foretold.
-    subroutine form_take(system, form, taken)
-      import :: system_t, form_t
+    subroutine form_take(form, body, u, taken)
+      import :: form_t, bodies_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! u given
-      type(form_t), intent(inout) :: form !! what goes with it
+      type(form_t), intent(inout) :: form !! the forces
+      type(bodies_t), intent(in) :: body !! connected bodies
+      real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements [length]
       logical, intent(out) :: taken !! it is
     end subroutine form_take
 
@@ -293,12 +318,14 @@ module system_types
     end subroutine form_place
 
     !> Moves the iterate to u + length du.
-    subroutine form_length(system, form, length)
-      import :: system_t, form_t, wp
+    subroutine form_length(form, length, u, tools, inner)
+      import :: form_t, rigid_part_t, bulk_answer_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! gets u and what goes with it
       type(form_t), intent(inout) :: form !! the trial
       real(wp), intent(in) :: length !! share of du
+      real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
+      type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
+      type(bulk_answer_t), intent(inout) :: inner !! gets bulk_force, where all nodes are known
     end subroutine form_length
 
     !> Right-hand side: forces out of balance.
@@ -449,13 +476,14 @@ module system_types
     end subroutine form_push
 
     !> The iterate has converged: displacements that are wanted of it, and what the form keeps.
-    subroutine form_accept(model, system, form, known, whole)
+    subroutine form_accept(model, system, form, inside_due, known, whole)
       import :: model_t, system_t, form_t
       implicit none
       type(model_t), intent(in) :: model !! output requests
       type(system_t), intent(inout) :: system !! converged
       type(form_t), intent(inout) :: form !! what it keeps from state to state
-      logical, intent(in) :: known !! the displacements inside are known
+      logical, intent(in) :: inside_due !! displacements inside are asked for
+      logical, intent(in) :: known !! they are known
       logical, intent(out) :: whole !! they are those of the state; else sums stand in for them
     end subroutine form_accept
   end interface

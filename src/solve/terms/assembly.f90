@@ -21,7 +21,7 @@ contains
 
   !> The internal force of all elements, and with task_tangent their matrices, added to a or handed
   !! out one by one.
-  subroutine assemble(list, task, x, u, r, a, s)
+  subroutine assemble(list, task, x, u, r, a, s, skew)
     type(element_list_t), intent(inout) :: list !! elements; gets h2 and status
     integer, intent(in) :: task !! task_tangent or task_residual
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
@@ -30,13 +30,14 @@ contains
     !! the list knows where that acted [force]
     type(block_matrix_t), intent(inout), optional :: a !! matrix of task_tangent
     real(wp), intent(inout), optional :: s(:, :, :) !! (dofs, dofs, n) matrices of the elements
+    real(wp), intent(out), optional :: skew !! largest |s - s^T|/|s| of what is added to a
     type(element_t), allocatable :: elements(:)
     integer :: first, k, i, batch
 
     batch = batch_size(list%n)
     allocate (elements(batch))
     if (task == task_tangent) call give_room(3*size(list%ix, 1), elements)
-    if (task == task_tangent) list%asymmetry = 0.0_wp
+    if (present(skew)) skew = 0.0_wp
     call clear_forces(list, r)
     do first = 1, list%n, batch
       call compute(list, task, x, u, first, elements)
@@ -51,7 +52,7 @@ contains
             end associate
           end do
           if (task == task_tangent .and. present(a)) then
-            list%asymmetry = max(list%asymmetry, asymmetry(e))
+            if (present(skew)) skew = max(skew, asymmetry(e))
             do i = 1, e%nel
               call scatter_column(list%block(:e%nel, i, k), e%s(:, 3*i - 2:3*i), a)
             end do

@@ -5,7 +5,7 @@ module bulk_term
   use costs, only: begin_cost, end_cost, cost_bulk_tangent, cost_pattern
   use cells, only: nodes_of, tet4
   use solid_types, only: d_youngs_modulus, d_poissons_ratio, d_mean, d_own
-  use bulk_laws, only: bulk_law
+  use bulk_laws, only: laws, point_law
   use bulk_memory, only: memory_shape
   use element_lists, only: allocate_bulk, bulk_list_t, volume_list_t
   use element_types, only: routine_t4, routine_small, routine_finite
@@ -82,7 +82,7 @@ contains
       associate (material => model%materials(m))
         bulk%d(d_youngs_modulus, m) = material%youngs_modulus
         bulk%d(d_poissons_ratio, m) = material%poissons_ratio
-        bulk%law(m) = bulk_law(material%law)
+        bulk%law(m) = point_law(material%law)
         bulk%d(d_own:, m) = material%own
         bulk%d(d_mean, m) = merge(1.0_wp, 0.0_wp, material%mean)
         if (.not. material%nodal) cycle
@@ -99,7 +99,7 @@ contains
       bulk%nel(k) = nodes
       bulk%ix(:nodes, k) = model%mesh%ix(:nodes, k)
       if (model%materials(m)%rigid) cycle
-      bulk%routine(k) = kinematics(nodes, bulk%law(m)%linear)
+      bulk%routine(k) = kinematics(nodes, laws(model%materials(m)%law)%linear)
       if (bulk%routine(k) == routine_finite) bulk%linear = .false.
     end do
     shape = memory_shape(model)

@@ -18,7 +18,7 @@ module contact_system
   use first_touch, only: withhold_friction, place_touches
   use softening, only: hold_coefficients
   use system_types, only: system_t
-  use system_parts, only: positions_t
+  use system_parts, only: positions_t, rigid_part_t
   implicit none
   private
   public :: restart_points, move_targets, load_contact
@@ -84,51 +84,67 @@ contains
   !> Makes the contact elements of the present targets; points far above the surface stay idle.
   subroutine load_contact(model, system)
     type(model_t), intent(in) :: model !! pairs with their targets
-    type(system_t), intent(inout) :: system !! gets contact
-    integer :: k, p
+    type(system_t), intent(inout) :: system !! gets contact and its targets
+    integer :: k, p, element
 
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
-        call load_point(model%pairs(k), p, system%place%first_point(k) + p - 1, system)
+        element = system%place%first_point(k) + p - 1
+        call load_point(model%pairs(k), p, system%position%x_now, element, system%contact, &
+          system%place%targets(element))
+        if (model%pairs(k)%history%softened) call keep_own_penalty(model%pairs(k), p, element, &
+          system%equation, system%tools, system%contact)
       end do
     end do
     call hold_coefficients(model, system%place, system%softening, system%contact)
-    call withhold_friction(model, system)
+    call withhold_friction(model, system%place, system%touch, system%body, system%contact)
   end subroutine load_contact
 
-  !> Makes one contact element. Where all its nodes are prescribed no penalty is stiff: nothing
-  !! gives way to it, and it is what the deck says.
-  subroutine load_point(pair, p, element, system)
+  !> Makes one contact element.
+  subroutine load_point(pair, p, x, element, list, coupled)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! the point
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions at which its gap is judged [length]
     integer, intent(in) :: element !! its place in the list
-    type(system_t), intent(inout) :: system !! gets contact; gaps are judged at x_now
+    type(element_list_t), intent(inout) :: list !! gets the element
+    integer, intent(out) :: coupled !! the facet that it couples, 0: it takes no part
     real(wp) :: xi(2), gap
 
-    associate (list => system%contact, point => pair%history%new(p), x => system%position%x_now)
+    associate (point => pair%history%new(p))
       list%routine(element) = routine_none
       list%status(element) = status_off
       list%offset(element) = 0.0_wp
-      system%place%targets(element) = 0
+      coupled = 0
       if (point%target == 0) return
       list%status(element) = status_open
       call project_on_master(pair, point%target, x, point_position(pair, p, x), xi, gap)
       if (gap > open_radii*pair%search_radius) return
       list%routine(element) = facet_routine(pair, point%target)
-      system%place%targets(element) = coupling(pair, p, point%target)
+      coupled = coupling(pair, p, point%target)
       call place_nodes(pair, p, point%target, element, list)
       list%d(:, element) = point_parameters(pair, p, point%target)
       list%h1(:, element) = point%apex
       list%path1(element) = point%path
       list%offset(element) = withheld_gap(pair, p)
       list%shift(:, element) = point_shift(pair, p, point)
-      if (pair%history%softened .and. nothing_deforms(system%equation, system%tools, &
-        list%ix(1:list%nel(element), element))) then
-        list%d(d03_epsilon, element) = pair%points%epsilon(p)
-        list%shift(:, element) = 0.0_wp
-      end if
     end associate
   end subroutine load_point
+
+  !> Where all nodes of an element are prescribed no penalty is stiff: nothing gives way to it, and
+  !! it is what the deck says.
+  subroutine keep_own_penalty(pair, p, element, equation, tools, list)
+    type(pair_t), intent(in) :: pair !! the pair
+    integer, intent(in) :: p !! the point
+    integer, intent(in) :: element !! its element
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(rigid_part_t), intent(in) :: tools !! rigid bodies
+    type(element_list_t), intent(inout) :: list !! gets penalty and shift
+
+    if (list%routine(element) == routine_none) return
+    if (.not. nothing_deforms(equation, tools, list%ix(1:list%nel(element), element))) return
+    list%d(d03_epsilon, element) = pair%points%epsilon(p)
+    list%shift(:, element) = 0.0_wp
+  end subroutine keep_own_penalty
 
   !> Nodes and weights of one contact element.
   pure subroutine place_nodes(pair, p, target, element, list)

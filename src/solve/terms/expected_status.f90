@@ -4,6 +4,7 @@
 module expected_status
   use kinds, only: wp
   use element_types, only: status_open, status_slip, routine_none
+  use element_lists, only: element_list_t
   use model_types, only: model_t
   use contact_types, only: pair_t, contact_point_t
   use contact_points, only: count_points, point_position
@@ -13,8 +14,7 @@ module expected_status
   use smooth_normals, only: project_on_master
   use facet_geometry, only: facet_size
   use point_status, only: forget_expected
-  use system_types, only: system_t
-  use system_parts, only: positions_t
+  use system_parts, only: bodies_t, contact_places_t, positions_t
   implicit none
   private
   public :: expect_status
@@ -33,52 +33,59 @@ module expected_status
 contains
 
   !> Notes for the next tangent which points were closed, and which of them slipped.
-  subroutine expect_status(model, system)
+  subroutine expect_status(model, place, position, body, contact)
     type(model_t), intent(in) :: model !! pairs with the targets of the start
-    type(system_t), intent(inout) :: system !! contact elements at x_now; gets keep, slide
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
+    type(positions_t), intent(in) :: position !! of the last state, and of the start
+    type(bodies_t), intent(in) :: body !! which of them float
+    type(element_list_t), intent(inout) :: contact !! contact elements at x_now; gets keep, slide
     integer :: k, p, element
 
-    call forget_expected(system%contact)
+    call forget_expected(contact)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%segmented) then
-        call expect_on_facets(model%pairs(k), system%place%first_point(k), system)
+        call expect_on_facets(model%pairs(k), place%first_point(k), position, body, contact)
         cycle
       end if
       do p = 1, count_points(model%pairs(k))
-        element = system%place%first_point(k) + p - 1
-        if (system%contact%routine(element) == routine_none) cycle
+        element = place%first_point(k) + p - 1
+        if (contact%routine(element) == routine_none) cycle
         if (model%pairs(k)%history%old(p)%status <= status_open) then
-          system%contact%keep(element) = touching_shift(model%pairs(k), p, element, system)
+          contact%keep(element) = touching_shift(model%pairs(k), p, element, position, body, &
+            contact)
           cycle
         end if
-        system%contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
-        system%contact%keep(element) = closing_shift(model%pairs(k), p, system%position)
+        contact%slide(element) = model%pairs(k)%history%old(p)%status == status_slip
+        contact%keep(element) = closing_shift(model%pairs(k), p, position)
       end do
     end do
   end subroutine expect_status
 
   !> The same for the points of a segmented pair, which may be others than those of the last state:
   !! what is expected of one is what all the points of its slave facet did.
-  subroutine expect_on_facets(pair, first, system)
+  subroutine expect_on_facets(pair, first, position, body, contact)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: first !! its first contact element
-    type(system_t), intent(inout) :: system !! gets keep, slide
+    type(positions_t), intent(in) :: position !! of the last state, and of the start
+    type(bodies_t), intent(in) :: body !! which of them float
+    type(element_list_t), intent(inout) :: contact !! gets keep, slide
     type(expected_t) :: facets(size(pair%points%slave_facets, 2))
     real(wp) :: now
     integer :: p
 
-    call look_back(pair, system%position%x_old, facets)
+    call look_back(pair, position%x_old, facets)
     do p = 1, count_points(pair)
       if (pair%history%cells(p)%slave == 0) cycle
-      if (system%contact%routine(first + p - 1) == routine_none) cycle
+      if (contact%routine(first + p - 1) == routine_none) cycle
       associate (facet => facets(pair%history%cells(p)%slave))
         if (.not. facet%closed .or. facet%area <= 0.0_wp) then
-          system%contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, system)
+          contact%keep(first + p - 1) = touching_shift(pair, p, first + p - 1, position, body, &
+            contact)
           cycle
         end if
-        system%contact%slide(first + p - 1) = facet%slips
-        now = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-        if (now > 0.0_wp) system%contact%keep(first + p - 1) = facet%gap - now
+        contact%slide(first + p - 1) = facet%slips
+        now = shifted_gap(pair, p, pair%history%new(p), position%x_now)
+        if (now > 0.0_wp) contact%keep(first + p - 1) = facet%gap - now
       end associate
     end do
   end subroutine expect_on_facets
@@ -109,19 +116,21 @@ contains
   !> The shift along the normal that closes a point which touches its facet but for round-off, which
   !! else would decide what holds a body at first; 0 for all others, and between bodies that
   !! supports hold.
-  pure real(wp) function touching_shift(pair, p, element, system) result(shift)
+  pure real(wp) function touching_shift(pair, p, element, position, body, contact) result(shift)
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: p !! an open point with a target
     integer, intent(in) :: element !! its contact element
-    type(system_t), intent(in) :: system !! positions, bodies
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(bodies_t), intent(in) :: body !! which of them float
+    type(element_list_t), intent(in) :: contact !! contact elements
     real(wp) :: gap, tolerance
 
     shift = 0.0_wp
-    associate (nodes => system%contact%ix(1:system%contact%nel(element), element))
-      if (.not. any(system%body%floating(system%body%node_body(nodes)))) return
+    associate (nodes => contact%ix(1:contact%nel(element), element))
+      if (.not. any(body%floating(body%node_body(nodes)))) return
     end associate
-    gap = shifted_gap(pair, p, pair%history%new(p), system%position%x_now)
-    tolerance = touching*facet_size(system%position%x_now(:, pair%surface%facets(:, &
+    gap = shifted_gap(pair, p, pair%history%new(p), position%x_now)
+    tolerance = touching*facet_size(position%x_now(:, pair%surface%facets(:, &
       pair%history%new(p)%target)))
     if (abs(gap) <= tolerance) shift = -gap - tolerance
   end function touching_shift

@@ -6,6 +6,7 @@ module first_touch
   use kinds, only: wp
   use costs, only: count_cost, cost_touch
   use element_types, only: status_open, status_stick, routine_none
+  use element_lists, only: element_list_t
   use element_parameters, only: d03_mu
   use friction_return, only: has_friction
   use model_types, only: model_t
@@ -20,7 +21,7 @@ module first_touch
   use touch_path, only: touch_time, way_before, first_target, meet
   use touch_types, only: touch_none, touch_waits, touch_known, touch_t
   use system_types, only: system_t, state_t
-  use system_parts, only: bodies_t, positions_t
+  use system_parts, only: bodies_t, contact_places_t, positions_t
   implicit none
   private
   public :: begin_touch, begin_touch_again, withhold_friction, find_touches, place_touches, &
@@ -51,7 +52,8 @@ contains
       end associate
       call find_held(model, system, held)
       do k = 1, size(model%pairs)
-        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system, held, k)
+        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system%position, &
+          system%body, held, k, touch)
       end do
       if (any([(waits_somewhere(model%pairs(k), system, k), k=1, size(model%pairs))])) &
         touch%stage = touch_waits
@@ -80,13 +82,13 @@ contains
   end function rubs
 
   !> A point was closed without a depth: it has carried no force, and not slipped.
-  pure logical function barely(pair, system, p)
+  pure logical function barely(pair, position, p)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! positions
+    type(positions_t), intent(in) :: position !! positions of the nodes
     integer, intent(in) :: p !! the point, with a target
     real(wp) :: xi(2), gap, least, epsilon
 
-    least = touching*facet_size(system%position%x_old(:, pair%surface%facets(:, &
+    least = touching*facet_size(position%x_old(:, pair%surface%facets(:, &
       pair%history%old(p)%target)))
     if (pair%segmented) then
       epsilon = pair%points%density*pair%history%old_cells(p)%area
@@ -95,8 +97,8 @@ contains
     end if
     barely = norm2(pair%history%old(p)%lambda) <= epsilon*least
     if (.not. barely) return
-    call project_on_master(pair, pair%history%old(p)%target, system%position%x_old, &
-      old_place(pair, system%position, p), xi, gap)
+    call project_on_master(pair, pair%history%old(p)%target, position%x_old, &
+      old_place(pair, position, p), xi, gap)
     barely = abs(gap) <= least
   end function barely
 
@@ -117,28 +119,30 @@ contains
   !> Friction waits where a slave body touches nothing of the pair yet, or no more than that, or
   !! sticks to it somewhere. Where all closed points slip a new one slips at once; other bodies may
   !! need the friction of the new points.
-  subroutine look_at_pair(pair, system, held, k)
+  subroutine look_at_pair(pair, position, bodies, held, k, touch)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(inout) :: system !! gets waits and empty of touch
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(bodies_t), intent(in) :: bodies !! connected bodies
     logical, intent(in) :: held(0:) !! (0:bodies) bodies that need no friction
     integer, intent(in) :: k !! number of the pair
+    type(touch_t), intent(inout) :: touch !! gets waits and empty
     integer :: p, body
-    logical :: sticks(0:system%body%bodies), slides(0:system%body%bodies)
+    logical :: sticks(0:bodies%bodies), slides(0:bodies%bodies)
 
     sticks = .false.
     slides = .false.
-    system%touch%empty(:, k) = .true.
+    touch%empty(:, k) = .true.
     do p = 1, size(pair%history%old)
       if (pair%history%old(p)%status <= status_open) cycle
-      body = old_body(pair, system%body, p)
-      system%touch%empty(body, k) = .false.
+      body = old_body(pair, bodies, p)
+      touch%empty(body, k) = .false.
       if (pair%history%old(p)%status == status_stick) sticks(body) = .true.
-      if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, system, p)
+      if (.not. (sticks(body) .or. slides(body))) slides(body) = .not. barely(pair, position, p)
     end do
-    system%touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
-      .and. all(held(system%body%node_body(pair%surface%facets(1, :))))
-    if (any(system%body%floating) .and. any(system%touch%waits(:, k))) call mark_resting(pair, &
-      system%touch, system%body, system%position, k)
+    touch%waits(:, k) = (sticks .or. .not. slides) .and. held &
+      .and. all(held(bodies%node_body(pair%surface%facets(1, :))))
+    if (any(bodies%floating) .and. any(touch%waits(:, k))) call mark_resting(pair, touch, bodies, &
+      position, k)
   end subroutine look_at_pair
 
   !> A body that contact alone holds and that lies on its master already, without a force so far,
@@ -189,31 +193,36 @@ contains
   end subroutine begin_touch_again
 
   !> Takes friction away from the elements at which it waits.
-  subroutine withhold_friction(model, system)
+  subroutine withhold_friction(model, place, touch, body, contact)
     type(model_t), intent(in) :: model !! pairs with their working points
-    type(system_t), intent(inout) :: system !! contact elements made
-    integer :: k, p
+    type(contact_places_t), intent(in) :: place !! where the contact elements are
+    type(touch_t), intent(in) :: touch !! where friction waits
+    type(bodies_t), intent(in) :: body !! bodies of the nodes
+    type(element_list_t), intent(inout) :: contact !! contact elements made
+    integer :: k, p, element
 
-    if (system%touch%stage /= touch_waits) return
+    if (touch%stage /= touch_waits) return
     do k = 1, size(model%pairs)
-      if (.not. any(system%touch%waits(:, k))) cycle
+      if (.not. any(touch%waits(:, k))) cycle
       do p = 1, count_points(model%pairs(k))
-        if (system%contact%routine(system%place%first_point(k) + p - 1) == routine_none) cycle
-        if (.not. is_waiting(model%pairs(k), system, k, p)) cycle
-        system%contact%d(d03_mu:d03_mu + 1, system%place%first_point(k) + p - 1) = 0.0_wp
+        element = place%first_point(k) + p - 1
+        if (contact%routine(element) == routine_none) cycle
+        if (is_waiting(model%pairs(k), touch, body, k, p)) &
+          contact%d(d03_mu:d03_mu + 1, element) = 0.0_wp
       end do
     end do
   end subroutine withhold_friction
 
   !> A working point was open at the last converged state, and its first touch counts.
-  pure logical function is_waiting(pair, system, k, p) result(waiting)
+  pure logical function is_waiting(pair, touch, body, k, p) result(waiting)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! contact elements
+    type(touch_t), intent(in) :: touch !! which bodies wait
+    type(bodies_t), intent(in) :: body !! bodies of the nodes
     integer, intent(in) :: k !! number of the pair
     integer, intent(in) :: p !! the point
 
     waiting = .false.
-    if (.not. system%touch%waits(system%body%node_body(pair%points%point_nodes(1, p)), k)) return
+    if (.not. touch%waits(body%node_body(pair%points%point_nodes(1, p)), k)) return
     if (pair%segmented) then
       waiting = was_open(pair, p)
     else
@@ -254,7 +263,7 @@ contains
     do k = 1, size(model%pairs)
       do p = 1, count_points(model%pairs(k))
         if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
-        if (is_waiting(model%pairs(k), system, k, p)) touches = touches + 1
+        if (is_waiting(model%pairs(k), system%touch, system%body, k, p)) touches = touches + 1
       end do
     end do
     if (touches == 0) return
@@ -287,8 +296,8 @@ contains
     do k = 1, size(model%pairs)
       associate (pair => model%pairs(k))
         if (.not. (pair%segmented .and. any(system%touch%waits(:, k)))) cycle
-        call cut_touched(pair, [(is_waiting(pair, system, k, p), p=1, count_points(pair))], &
-          system%position%x_old, meeting_place(system, k), changes)
+        call cut_touched(pair, [(is_waiting(pair, system%touch, system%body, k, p), p=1, &
+          count_points(pair))], system%position%x_old, meeting_place(system, k), changes)
       end associate
     end do
     if (changes > 0) call place_touches(model, system, .false.)
@@ -358,7 +367,7 @@ contains
     start = merge(1.0_wp, 0.0_wp, system%touch%empty(:, k))
     do p = 1, count_points(pair)
       if (system%contact%status(system%place%first_point(k) + p - 1) <= status_open) cycle
-      if (.not. is_waiting(pair, system, k, p)) cycle
+      if (.not. is_waiting(pair, system%touch, system%body, k, p)) cycle
       body = system%body%node_body(pair%points%point_nodes(1, p))
       if (.not. system%touch%empty(body, k)) cycle
       if (body > 0) then
@@ -382,7 +391,8 @@ contains
       if (.not. (all_points .or. model%pairs(k)%segmented)) cycle
       do p = 1, count_points(model%pairs(k))
         if (model%pairs(k)%history%new(p)%target == 0) cycle
-        if (is_waiting(model%pairs(k), system, k, p)) call place_touch(model%pairs(k), system, k, p)
+        if (is_waiting(model%pairs(k), system%touch, system%body, k, p)) &
+          call place_touch(model%pairs(k), system, k, p)
       end do
     end do
   end subroutine place_touches

@@ -19,24 +19,24 @@ module rigid_bodies
 contains
 
   !> Lists the bodies and numbers their unknowns; bodies of the nodes are known.
-  subroutine start_rigid(model, system, state)
+  subroutine start_rigid(model, equations, node_body, tools)
     type(model_t), intent(in) :: model !! rigid bodies
-    type(system_t), intent(inout) :: system !! equations and node_body given; gets rigid, carried_by
-    type(state_t), intent(inout) :: state !! gets the motions of the bodies, zero
+    integer, intent(in) :: equations !! free degrees of freedom of the nodes
+    integer, intent(in) :: node_body(:) !! (nodes) connected body, 0 for none
+    type(rigid_part_t), intent(inout) :: tools !! gets rigid, carried_by, unknowns
     integer :: b, i, k
 
-    allocate (state%rigid(6, count_rigid(model)), source=0.0_wp)
     if (count_rigid(model) == 0) return
-    allocate (system%tools%rigid(count_rigid(model)))
-    allocate (system%tools%carried_by(model%mesh%nodes), source=0)
-    do b = 1, size(system%tools%rigid)
-      associate (rigid => system%tools%rigid(b), body => model%conditions%rigid(b))
+    allocate (tools%rigid(count_rigid(model)))
+    allocate (tools%carried_by(model%mesh%nodes), source=0)
+    do b = 1, size(tools%rigid)
+      associate (rigid => tools%rigid(b), body => model%conditions%rigid(b))
         rigid%node = body%nodes
         rigid%point = body%point
         rigid%unknown = pack([(k, k=1, 6)], body%free)
-        rigid%first = system%equations + system%tools%unknowns
-        rigid%body = system%body%node_body(body%nodes(1))
-        system%tools%unknowns = system%tools%unknowns + size(rigid%unknown)
+        rigid%first = equations + tools%unknowns
+        rigid%body = node_body(body%nodes(1))
+        tools%unknowns = tools%unknowns + size(rigid%unknown)
         allocate (rigid%reach(3, size(rigid%node)), rigid%base(3, size(rigid%node)))
         do i = 1, size(rigid%node)
           rigid%reach(:, i) = model%mesh%x(:, rigid%node(i)) - rigid%point
@@ -44,7 +44,7 @@ contains
         rigid%length = maxval(norm2(rigid%reach, 1))
         rigid%turn = identity
         rigid%old_turn = rigid%turn
-        if (size(rigid%unknown) > 0) system%tools%carried_by(rigid%node) = b
+        if (size(rigid%unknown) > 0) tools%carried_by(rigid%node) = b
       end associate
     end do
   end subroutine start_rigid

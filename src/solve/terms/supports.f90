@@ -199,8 +199,7 @@ contains
     held = system%equation
     if (allocated(system%loads%spring)) where (system%loads%spring > 0.0_wp) held = 0
     allocate (system%body%floating(system%body%bodies), &
-      system%body%regularised(system%body%bodies), &
-      system%body%told(system%body%bodies), source=.false.)
+      system%body%regularised(system%body%bodies), source=.false.)
     allocate (system%body%motions(system%body%bodies))
     do body = 1, system%body%bodies
       call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
