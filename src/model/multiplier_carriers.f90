@@ -104,9 +104,9 @@ contains
     if (pressed > 0) then
       call report_error(diagnostics, pair%slave_at, 'the slave '''//pair%slave//''' does not '// &
         'deform: '//count_noun(pressed, 'node')//' held along the normal by supports or '// &
-        'DISPlacement, and none beside that gives way: multipliers there would be more than the '// &
-        'master can follow', 'exchange slave and master, leave what is held out of the slave, '// &
-        'or write GTOS')
+        'DISPlacement, and none beside that gives way: multipliers there would be more than '// &
+        'the master can follow', 'exchange slave and master, leave what is held out of the '// &
+        'slave, or write GTOS')
     else if (rubbed > 0) then
       call report_error(diagnostics, pair%slave_at, 'the slave '''//pair%slave//''' does not '// &
         'deform along an axis that the master may go: '//count_noun(rubbed, 'node')//' held '// &
