@@ -21,13 +21,14 @@ class Multipliers:
     """The multipliers of an output time, one for each slave node and face of the master: weights of
     their points (7.14), and what they do."""
 
-    def __init__(self, own: Array, hat: Array, area: Array, face: Array):
+    def __init__(self, corner: Array, hat: Array, area: Array, face: Array, carrier: Array):
+        own = carrier[corner]
         self.keys, place = np.unique(np.stack([own, np.repeat(face[:, None], 3, 1)], -1).reshape(-1, 2),
                                      axis=0, return_inverse=True)
         self.names = [tuple(key) for key in self.keys.tolist()]
         self.hat, self.place, self.mean = hat, place.reshape(-1, 3), area[:, None] * hat
         self.weight = np.bincount(self.place.ravel(), self.mean.ravel())
-        _, group = np.unique(self.place, axis=0, return_inverse=True)
+        _, group = np.unique(np.hstack([corner, face[:, None]]), axis=0, return_inverse=True)
         self.group = group.ravel()
         self.d = np.zeros((self.group.max() + 1, 3))
         m = np.zeros((len(self.d), 3, 3))
@@ -75,6 +76,10 @@ class NodeJudge(Judge):
         self.rounds = ROUNDS
         self.nodes: dict[tuple[int, int], tuple[Any, ...]] = {}  # closed, work of friction, frame
         self.face: Optional[Array] = None
+        self.carrier = np.arange(len(pair.run.x0))  # node that has the multiplier of each (7.23)
+        if 'carriers' in pair.group:
+            node, by = pair.run.place[pair.group['carriers']].T
+            self.carrier[node] = by
         self.means: dict[Any, tuple[float, Any]] = {}
 
     def end_time(self, p: Points, x: Array, scale: float, cut: bool) -> float:
@@ -101,7 +106,8 @@ class NodeJudge(Judge):
         pair, ledger, x, at = self.pair, self.ledger, self.x, p.at
         if self.face is None:
             self.face = pair.faces(p)
-        m = Multipliers(*self.hats(p), p.area[at], self.face[p.host[at]])
+        m = Multipliers(*self.hats(p), p.area[at], self.face[p.host[at]],
+                        self.carrier)
         s = pair.slave(p, at, x)
         xi, _, e, _ = pair.project(p, at, s, x)
         under = pair.where(p, p.host[at], xi, x)[0]

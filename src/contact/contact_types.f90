@@ -201,6 +201,7 @@ module contact_types
     type(mortar_t) :: nodes !! MORTar: multipliers of the present iterate
     type(mortar_t) :: old_nodes !! the same of the last converged state
     integer, allocatable :: faces(:) !! (master facets) MORTar: face that each belongs to
+    integer, allocatable :: carrier(:) !! (nodes) MORTar: slave node that has the multiplier of each
   end type pair_t
 
 contains

@@ -8,7 +8,11 @@ module mortar_functions
   use master_facets, only: normal_at_edge
   implicit none
   private
-  public :: find_faces, hat_functions, dual_functions, frame_of
+  public :: find_faces, hat_functions, dual_functions, frame_of, corners_of_parts
+
+  !> Nodes of a facet of six that are the corners of its four parts.
+  integer, parameter :: corners_of_parts(3, slave_parts) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3, 4, &
+    5, 6], [3, slave_parts])
 
   !> Facets of the master whose normals have a smaller cosine belong to two faces: a multiplier that
   !! is continuous over such an edge cannot carry a traction that jumps.
@@ -71,8 +75,6 @@ contains
     integer, intent(out) :: corner(3) !! nodes of the facet, 1 to 6, that they belong to
     real(wp), intent(out) :: hat(3) !! values there
     integer, intent(out) :: part !! of the facet, 1 to slave_parts
-    integer, parameter :: corners_of(3, slave_parts) = reshape([1, 4, 6, 4, 2, 5, 6, 5, 3, 4, 5, &
-      6], [3, slave_parts])
 
     part = 1
     corner = [1, 2, 3]
@@ -80,7 +82,7 @@ contains
     if (.not. bent) return
     part = maxloc(place, 1)
     if (place(part) < 0.5_wp) part = slave_parts
-    corner = corners_of(:, part)
+    corner = corners_of_parts(:, part)
     hat = 2.0_wp*place
     select case (part)
     case (1)

@@ -122,6 +122,7 @@ contains
       call dual_functions(hat(:, :n), area(:n), psi(:, :n))
       associate (facet => slave_nodes(pair, f))
         own = facet(corner(:, 1))
+        if (allocated(pair%carrier)) own = pair%carrier(own)
       end associate
       call find_multipliers(own, face, nodes, normal, axis, latest, before)
       target = 0

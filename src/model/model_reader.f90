@@ -17,6 +17,7 @@ module model_reader
   use behind_checks, only: check_behind
   use load_uses, only: warn_of_unused_loads
   use pair_builder, only: build_pairs
+  use multiplier_carriers, only: find_carriers
   use output_reader, only: read_output
   use name_checks, only: check_names
   implicit none
@@ -62,6 +63,7 @@ contains
     call read_held(deck, diagnostics, model)
     call build_pairs(drafts, is_whole(deck, ['mate', 'glob']), diagnostics, model, exterior)
     call read_output(deck, diagnostics, model)
+    if (error_count(diagnostics) == 0) call find_carriers(model, diagnostics)
     if (error_count(diagnostics) == 0) call look_at_scene(deck, exterior, model, diagnostics)
   end subroutine read_rest
 

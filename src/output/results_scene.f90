@@ -224,10 +224,27 @@ contains
     if (.not. allocated(error) .and. (pair%segmented .or. pair%mortar)) call write_nodes(file, &
       group//'/slave_facets', pair%points%slave_facets, &
       'corner nodes of the slave facets that cells are cut on', error)
+    if (.not. allocated(error) .and. pair%mortar) call write_carriers(file, pair, group, error)
     if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
     call write_nodes(file, group//'/middles', pair%surface%middles, &
       'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)
   end subroutine write_pair_scene
+
+  !> Writes which slave nodes have handed their dual functions to which, if any.
+  subroutine write_carriers(file, pair, group, error)
+    type(hdf5_file_t), intent(inout) :: file !! open file
+    type(pair_t), intent(in) :: pair !! a pair with multipliers
+    character(*), intent(in) :: group !! its group
+    type(error_t), allocatable, intent(out) :: error !! file trouble
+    integer, allocatable :: held(:)
+    integer :: i
+
+    held = pack([(i, i=1, size(pair%carrier))], pair%carrier /= [(i, i=1, size(pair%carrier))])
+    if (size(held) == 0) return
+    call write_nodes(file, group//'/carriers', transpose(reshape([held, pair%carrier(held)], &
+      [size(held), 2])), 'slave nodes that supports hold, and the node that has the multiplier '// &
+      'of each', error)
+  end subroutine write_carriers
 
   !> Writes node numbers of facets.
   subroutine write_nodes(file, path, nodes, description, error)

@@ -1,11 +1,8 @@
 !> What MORTar does not go with in this version: refused when the deck is read, never solved in some
 !! other way (doc/manual, "Contact").
 module mortar_limits
-  use kinds, only: wp
-  use text, only: count_noun
-  use facet_geometry, only: corners, facet_normal
   use deck_types, only: location_t
-  use diagnostics, only: diagnostics_t, report_error, report_warning
+  use diagnostics, only: diagnostics_t, report_error
   use contact_types, only: pair_t
   use command_line, only: options_t
   use batch_types, only: batch_command_t
@@ -17,10 +14,6 @@ module mortar_limits
   implicit none
   private
   public :: check_mortar
-
-  !> A support acts along the normal of a facet if it has at least this part there: those of planes
-  !! of symmetry have none.
-  real(wp), parameter :: along_normal = 0.5_wp
 
 contains
 
@@ -80,8 +73,7 @@ contains
     end do
   end subroutine check_commands
 
-  !> A pair beside others that is no row by row, a slave that does not deform, a bulk that is not
-  !! linear.
+  !> A pair beside others that is no row by row, a bulk that is not linear.
   subroutine check_bodies(model, pair, name, diagnostics)
     type(model_t), intent(in) :: model !! materials, supports
     type(pair_t), intent(in) :: pair !! one of the pairs
@@ -111,39 +103,7 @@ contains
         exit
       end do
     end if
-    if (.not. allocated(pair%points%slave_facets)) return
-    if (all([(all(model%conditions%restrained(:, pair%points%slave_facets(1, i))), i=1, &
-      size(pair%points%slave_facets, 2))])) call refuse(pair%slave_at, 'the slave '''// &
-      pair%slave//''' does not deform: multipliers there would be more than the master can '// &
-      'follow', 'exchange slave and master', diagnostics)
-    call tell_supported(model, pair, diagnostics)
   end subroutine check_bodies
-
-  !> Warns of slave nodes whose way along the normal is prescribed: contact puts no force on them,
-  !! and they may go into the master.
-  subroutine tell_supported(model, pair, diagnostics)
-    type(model_t), intent(in) :: model !! mesh, supports
-    type(pair_t), intent(in) :: pair !! a pair with MORTar
-    type(diagnostics_t), intent(inout) :: diagnostics !! gets the warning
-    logical :: held(model%mesh%nodes)
-    real(wp) :: normal(3)
-    integer :: f, k
-
-    held = .false.
-    do f = 1, size(pair%points%slave_facets, 2)
-      associate (nodes => pair%points%slave_facets(:, f))
-        normal = facet_normal(corners(model%mesh%x, nodes))
-        do k = 1, 3
-          if (any(model%conditions%restrained(:, nodes(k)) .and. abs(normal) > along_normal)) &
-            held(nodes(k)) = .true.
-        end do
-      end associate
-    end do
-    if (any(held)) call report_warning(diagnostics, pair%slave_at, 'pair '//pair%name//': '// &
-      count_noun(count(held), 'slave node')//' supported along the normal of the slave: what '// &
-      'is prescribed there goes on as if there were no contact; leave such facets out of the '// &
-      'slave, exchange slave and master, or write GTOS')
-  end subroutine tell_supported
 
   !> Elements of a material are of finite strain.
   pure logical function is_finite(model, material)

@@ -41,6 +41,23 @@ def two_blocks(form, below, above, tilt, mu, kind):
             + f'TRACtion\n  top 0 0 {-PRESSURE}\nOUTPut\n  REACtions floor\nBATCh\n  DT,,1\n  STEP,,1\nEND\n')
 
 
+def held_rims(text, rims, tilt):
+    """The same with slave nodes at x = 0 or 1 held where an even pressure puts them."""
+    for x in rims:
+        z = 1 + tilt*(x - 0.5)
+        text = text.replace('CONTact', f'SET rim{x}\n  INSIde high\n  BOX {x - 1e-6} {x + 1e-6} -1 2 {z - 1e-5!r} {z + 1e-5!r}\n'
+                            'CONTact', 1).replace('BOUNdary\n', f'BOUNdary\n  rim{x} 0 0 1\n')
+    moves = ''.join(f'  rim{x} 0 0 {-PRESSURE/E*(1 + tilt*(x - 0.5))!r}\n' for x in rims)
+    return text.replace('TRACtion', 'DISPlacement\n' + moves + 'TRACtion')
+
+
+def dragged(text):
+    """The same with the side x = 0 of the upper block held along x, over a lower one that is drawn along x."""
+    return (text.replace('CONTact', 'SET side\n  INSIde high\n  PLANe 1 0\nCONTact', 1)
+            .replace('  floor 0 0 1\n  x0 1 0 0\n  y0 0 1 0\n', '  floor 1 1 1\n  side 1 1 0\nDISPlacement\n'
+                     '  floor 0.05 0 0\nPROPortional 1\n  0 0\n  1 1\n').replace('  DT,,1\n  STEP,,1', '  TOL,,1e-20\n  DT,,1/4\n  STEP,,4'))
+
+
 def on_two(below):
     """A block over two others side by side, each with a pair of its own: nodes over the seam have two
     multipliers. Without lateral strain the seam stays where it is."""
