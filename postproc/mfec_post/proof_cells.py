@@ -94,11 +94,12 @@ def judge_clips(pair: Pair, p: Points, xi: Array, x: Array, x_old: Array, made: 
     status, who = p.status[used], pair.run.numbers[p.nodes[used, 0]]
     way = np.abs(np.where(((status > OPEN) & (pair.points != MORTAR))[:, None], p.tip[used], xi)
                  - p.place[used]).max(1)
-    most = 0.0 if pair.points == MORTAR else np.where(status == STICK, 1e-3, SLIPPED)
+    most = np.where((status == STICK) | (pair.points == MORTAR), 1e-3, SLIPPED)
     lag = np.maximum(0, way - most)
-    ledger.judge('cells: where their points are', lag, who, only=~strays(lag, 1e-4, 0.3, 0.05))
+    late = strays(lag, 1e-4, 0.3, 0.3)
+    ledger.judge('cells: where their points are', lag, who, only=~late)
     ledger.leave('cells: where their points are', 'some lag, as where a facet has been cut four times in an '
-                 'increment', strays(lag, 1e-4, 0.3, 0.05).sum())
+                 'increment', late.sum())
     used = used[made]
     if pair.bent or p.nodes.shape[1] > 3:
         ledger.leave('cells: clips of facets', 'curved facets', len(used))

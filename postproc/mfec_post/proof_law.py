@@ -301,8 +301,9 @@ class Judge:
     def blur_of_cuts(self, at: Array) -> float:
         """Of a first touch, as a share of an increment: points of cells that were cut there have not met it,
         and weights of multipliers were others."""
-        cut = self.pair.cells and (self.begins or bool((self.before[at] < 0).any()))
-        return self.noise + (5e-4 if self.pair.points == MORTAR else 0.03 if cut else 0)
+        cut, mortar = self.pair.cells and bool((self.before[at] < 0).any()), self.pair.points == MORTAR
+        cut |= self.pair.cells and self.begins and not mortar
+        return self.noise + (0.03 if cut else 5e-4 if mortar else 0)
 
     def same_cells(self, p: Points) -> Array:
         """Where each point was at the output time before, -1 for those of facets that have been cut anew."""
