@@ -11,8 +11,8 @@ module mortar_newton
   public :: mortar_result_t, mortar_factor_t, solve_multipliers, forget_factor, &
     what_is_left, what_law_lacks, all_round_off
 
-  !> Steps at most; a first touch has taken up to 8.
-  integer, parameter :: most_steps = 30
+  !> Newton's steps at most, of which a first touch has taken up to 8, and damped ones after these.
+  integer, parameter :: most_plain = 20, most_damped = 30
   !> Halvings of a step while what is left grows.
   integer, parameter :: most_halvings = 5
   !> What may be left, over the largest force; and over the round-off of the gaps without forces.
@@ -25,6 +25,9 @@ module mortar_newton
   !> Multipliers of one node on faces whose nodes are the same: their gaps are, too, and only the
   !! sum of their forces acts. This much more compliance in the step alone keeps both changes small.
   real(wp), parameter :: evens_out = 1.0e-9_wp
+  !> So may those around an edge that several bodies share: where Newton's steps do not end, all get
+  !! more, what is left over the forces, at most this.
+  real(wp), parameter :: damps_at_most = 1.0e-6_wp
   !> Bodies that touch nothing go this far beyond the nearest gap.
   real(wp), parameter :: beyond = 1.5_wp
 
@@ -88,12 +91,15 @@ contains
       call look_at(unknowns, start, motion, attempt == 2, now, near)
       if (attempt == 2) then
         call forget_factor(factor)
-        call follow(unknowns, .true., now, factor, result, present(near))
+        call follow(unknowns, .true., .false., now, factor, result, present(near))
         call forget_factor(factor)
         held = now
         call look_at(unknowns, held%z, held%alpha, .false., now)
       end if
-      call follow(unknowns, .false., now, factor, result, present(near) .and. attempt == 1)
+      call follow(unknowns, .false., .false., now, factor, result, present(near) .and. attempt == 1)
+      if (result%converged) exit
+      call forget_factor(factor)
+      call follow(unknowns, .false., .true., now, factor, result, .false.)
       if (result%converged) exit
     end do
     call drop_noise(unknowns, now)
@@ -123,28 +129,37 @@ contains
     end do
   end subroutine drop_noise
 
-  !> Newton's steps from an iterate to a solution, of the law or with all friction sticking.
-  subroutine follow(unknowns, sticks, now, factor, result, moves)
+  !> Newton's steps from an iterate to a solution, of the law or with all friction sticking; where
+  !! they do not end, to the iterate that leaves least.
+  subroutine follow(unknowns, sticks, damped, now, factor, result, moves)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     logical, intent(in) :: sticks !! friction holds whatever it has to
+    logical, intent(in) :: damped !! forces that no gap feels stay small
     type(iterate_t), intent(inout) :: now !! start; solution
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
     logical, intent(in) :: moves !! the start is linearised elsewhere: no solution
-    type(iterate_t) :: next
-    real(wp) :: change(size(now%z) + size(now%alpha)), length
-    integer :: halving, step, n
+    type(iterate_t) :: next, best
+    real(wp) :: change(size(now%z) + size(now%alpha)), length, least
+    integer :: halving, step, last, n
     logical :: free, reused
 
     n = size(now%z)
     result%singular = .false.
-    do step = 0, most_steps
+    least = huge(least)
+    last = merge(most_damped, most_plain, damped)
+    do step = 0, last
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = is_solved(unknowns, now) .and. .not. (moves .and. step == 0)
-      if (result%converged .or. step == most_steps) exit
+      if (result%converged) exit
+      if (measure(now) < least .and. .not. (moves .and. step == 0)) then
+        best = now
+        least = measure(now)
+      end if
+      if (step == last) exit
       reused = fits(now, factor)
-      call find_step(unknowns, now, 0.0_wp, factor, change, free)
-      if (free) call find_step(unknowns, now, hold_of(unknowns, now), factor, change, &
+      call find_step(unknowns, now, damped, 0.0_wp, factor, change, free)
+      if (free) call find_step(unknowns, now, damped, hold_of(unknowns, now), factor, change, &
         result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
@@ -159,6 +174,7 @@ contains
       factor%known = measure(next) <= factor_serves*measure(now) .and. .not. free
       if (factor%known .or. .not. reused) now = next
     end do
+    if (.not. result%converged .and. allocated(best%z)) now = best
   end subroutine follow
 
   !> What is left is round-off: of each multiplier, of the places of its own nodes. The balance of
@@ -326,9 +342,10 @@ contains
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.17).
-  subroutine find_step(unknowns, now, hold, factor, change, singular)
+  subroutine find_step(unknowns, now, damped, hold, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
+    logical, intent(in) :: damped !! forces that no gap feels stay small
     real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! made anew where it does not fit
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
@@ -348,7 +365,7 @@ contains
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
     if (hold > 0.0_wp .or. .not. fits(now, factor)) then
-      call form_matrix(unknowns, now, hold/unit, unit, factor)
+      call form_matrix(unknowns, now, damped, hold/unit, unit, factor)
       call dgetrf(n + m, n + m, factor%matrix, n + m, factor%pivot, info)
       singular = info /= 0
       if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = &
@@ -384,16 +401,20 @@ contains
   end function fits
 
   !> Newton's matrix of the closed multipliers and the rigid motions, I - Pi'(I - r G).
-  pure subroutine form_matrix(unknowns, now, hold, unit, factor)
+  pure subroutine form_matrix(unknowns, now, damped, hold, unit, factor)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! status and slopes
+    logical, intent(in) :: damped !! all get more compliance, else those of shared nodes
     real(wp), intent(in) :: hold !! what stops rigid motions, over the unit
     real(wp), intent(in) :: unit !! stiffness that stands for 1 [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
-    real(wp) :: slope(3, 3)
+    real(wp) :: slope(3, 3), even
     integer :: i, k, l, n, m
     logical :: shared
 
+    even = evens_out
+    if (damped) even = max(even, min(damps_at_most, measure(now)/max(tiny(even), &
+      maxval(abs(now%z)), measure(now))))
     factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
     factor%slips = now%slips
     n = size(factor%kept)
@@ -411,8 +432,8 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        shared = count(unknowns%rows%node == unknowns%rows%node(i)) > 1
-        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - evens_out, 1.0_wp, &
+        shared = damped .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
+        matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - even, 1.0_wp, &
           shared)*slope
         do l = k, k + 2
           matrix(l, l) = matrix(l, l) + 1.0_wp
