@@ -133,7 +133,8 @@ class NodeJudge(Judge):
         ledger.leave('history', 'a cut increment, or multipliers whose first touch is not in the file',
                      (closed & ~m.known).sum())
         none = np.zeros(len(who))
-        slides = m.known & (np.linalg.norm(m.slip, axis=1) > 1e-8 * pair.edge)
+        # where nodes have touched their slip begins at a place with less digits
+        slides = m.known & (np.linalg.norm(m.slip, axis=1) > np.where(open_, 1e-4, 1e-8) * pair.edge)
         c = Carriers(who, -m.force, m.frame[:, :, :2].swapaxes(1, 2), np.maximum(0, m.pressure), m.slip,
                      slides, m.weight, none, none, np.zeros_like(m.slip), closed & ~held.any(1))
         if closed.any():
