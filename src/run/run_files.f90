@@ -300,7 +300,7 @@ contains
     associate (pair => model%pairs(k))
       do p = 1, count_points(pair)
         element = system%place%first_point(k) + p - 1
-        if (system%contact%status(element) <= status_open) cycle
+        if (pair%history%old(p)%status <= status_open) cycle
         associate (f => point_state(1:3, element), e => point_state(10:12, element))
           friction = f - dot_product(f, e)*e
         end associate
