@@ -51,6 +51,20 @@ def held_rims(text, rims, tilt):
     return text.replace('TRACtion', 'DISPlacement\n' + moves + 'TRACtion')
 
 
+def sprung(form, cells, kind, spring):
+    """A cube on a block that springs at its top hold, pressed, then pushed along x by a quarter of that."""
+    high, low = (cells,)*3, (cells + 2, cells + 2, 2)
+    return ('MFEC * * a cube on springs\nMATErial 1\n  SOLId LINEar\n  ELAStic ISOTropic 1000 0.3\n'
+            + block('low', low, (-0.5, -0.5, 0), (1.5, 1.5, 1), 0, kind)
+            + block('high', high, (0, 0, 1), (1, 1, 2), 0, kind)
+            + 'SET floor\n  PLANe 3 0\nSET lid\n  PLANe 3 2\nSET joint\n  PLANe 3 1\nSET side\n  INSIde high\n  PLANe 1 0\n'
+            + 'SURFace under FROM joint IN low\nSURFace over FROM joint IN high\nSURFace top FROM lid\nSURFace face FROM side\n'
+            + f'CONTact\n  PAIR 1\n    {form}\n    FRICtion COULomb 0.3\nBOUNdary\n  floor 1 1 1\n'
+            + f'SPRIng\n  lid {spring} {spring} {spring}\nTRACtion\n  top 0 0 {-PRESSURE} 1\n  face {PRESSURE/4} 0 0 2\n'
+            + 'PROPortional 1\n  0 0\n  1 1\nPROPortional 2\n  0 0\n  1 0\n  2 1\n'
+            + 'OUTPut\n  REACtions floor\nBATCh\n  DT,,1/4\n  STEP,,8\nEND\n')
+
+
 def dragged(text):
     """The same with the side x = 0 of the upper block held along x, over a lower one that is drawn along x."""
     return (text.replace('CONTact', 'SET side\n  INSIde high\n  PLANe 1 0\nCONTact', 1)

@@ -6,7 +6,7 @@ import os
 import h5py
 
 from mortar_decks import (E, PRESSURE, cushion, dragged, held_rims, in_corner, kinked, lame, on_thirds, on_two, pile, resting, rings,
-                          two_blocks)
+                          sprung, two_blocks)
 from rigid_laws import rigid_rows
 
 
@@ -201,6 +201,20 @@ class MortarLaws:
                 for k in range(3):
                     self.near(f'{cells}, row {step}: force {k + 1}', r.rea[step]['floor'][k] + r.rea[step]['lid'][k], 0,
                               1e-9*abs(r.rea[step]['floor'][2]))
+
+    def test_weak_springs_hold_a_cube(self):
+        """A cube that springs alone hold where contact does not, 1e-4 to 1e-9 of its own stiffness: the floor
+        bears the loads but for what the springs take, as with a penalty."""
+        for cells, kind, springs in ((3, 'TET4', (1e-1, 1e-4, 1e-6)), (2, 'TET10', (1e-4,))):
+            for spring in springs:
+                rows = []
+                for form in ('MORTar over under', 'GTOS over under'):
+                    r = self.run(self.written('mortar_sprung', sprung(form, cells, kind, spring)), out=form[:4])
+                    rows.append(r.only(8))
+                what = f'{kind}, springs {spring:g}'
+                for k, load in (('F1', -PRESSURE/4), ('F3', PRESSURE)):
+                    self.near(f'{what}: {k} as GTOS', rows[0][k], rows[1][k], 1e-5 if spring < 1e-2 else 2e-3)
+                    self.near(f'{what}: {k}', rows[0][k], load, 1e-3 if spring < 1e-2 else 0.1)
 
     def test_held_rims_carry_their_share(self):
         """Slave nodes that supports hold along the normal hand their share to others: an even pressure is

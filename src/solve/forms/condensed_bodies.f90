@@ -12,7 +12,7 @@ module condensed_bodies
   use back_ends, only: solver_done, solver_out_of_memory
   use cholmod_solver, only: factor_work
   use condensed_types, only: condensed_t, body_sums_t
-  use condensed_motions, only: fix_body, push_bodies, place_modes
+  use condensed_motions, only: fix_body, find_ways, push_bodies, place_modes
   use condensation, only: prepare_body, factorise_body, form_compliance, solve_body, shrink_body, &
     take_shift_out, drop_live, free_body, is_worth_sharing, needed_bytes
   use sum_shares, only: sums_pay, begin_shares, form_shares
@@ -287,6 +287,8 @@ contains
     associate (condensed => form%condensed, loads => model%conditions%loads)
       allocate (condensed%outer%pushes(sum(system%body%motions%n), size(loads)), source=0.0_wp)
       allocate (condensed%outer%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
+      allocate (condensed%rigid%spring(sum(system%body%motions%n), sum(system%body%motions%n)), &
+        source=0.0_wp)
       do k = 1, size(loads)
         call add_displacement(loads(k), 1.0_wp, condensed%outer%influence(:, :, k))
         force = 0.0_wp
@@ -321,6 +323,8 @@ contains
         force(:, :, k) = force(:, :, k) - internal
       end do
       call solve_body(condensed%bodies(b), force, condensed%outer%influence, costs, outcome)
+      if (outcome == solver_done .and. condensed%exact .and. allocated(system%loads%spring)) &
+        call find_ways(form, b, sum(system%body%motions(:b - 1)%n), force, costs, outcome)
     end associate
   end subroutine find_influence
 

@@ -5,12 +5,15 @@ module condensed_motions
   use text, only: to_text
   use rigid_motions, only: choose_fixings, mode_row
   use condensed_types, only: condensed_t
-  use system_types, only: system_t
+  use block_matrix, only: find_block
+  use costs, only: cost_t
+  use condensation, only: solve_body
+  use system_types, only: form_t, system_t
   use system_parts, only: bodies_t
   implicit none
   private
-  public :: fix_body, push_bodies, place_modes, add_motion, add_motion_inside, find_imbalance, &
-    sum_forces, push_live, in_lengths, add_live_motion, lost_digits, set_center
+  public :: fix_body, fixing_stiffness, find_ways, push_bodies, place_modes, add_motion, &
+    add_motion_inside, find_imbalance, sum_forces, push_live, in_lengths, add_live_motion, lost_digits, set_center
 
   !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
   !! costs are missing where the body touches.
@@ -55,6 +58,54 @@ contains
       'holds is '//to_text(slenderness, 2)//' times softer in one place than in another'
   end function lost_digits
 
+  !> Stiffness of the springs at the fixings of a body.
+  pure function fixing_stiffness(form, b) result(spring)
+    type(form_t), intent(in) :: form !! the matrix that was condensed
+    integer, intent(in) :: b !! the body
+    real(wp) :: spring(form%condensed%bodies(b)%motions%n)
+    integer :: k
+
+    associate (body => form%condensed%bodies(b), blocks => form%whole%bulk_matrix)
+      do k = 1, size(spring)
+        spring(k) = blocks%val(body%fixing_direction(k), body%fixing_direction(k), &
+          find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
+      end do
+    end associate
+  end function fixing_stiffness
+
+  !> Motions of a body that springs hold, eq. (7.21): what a unit at each fixing makes of it, the
+  !! work of the loads on that, and what resists it.
+  subroutine find_ways(form, b, first, force, costs, outcome)
+    type(form_t), intent(inout) :: form !! factor of the body; gets its ways, pushes, spring
+    integer, intent(in) :: b !! the body
+    integer, intent(in) :: first !! motions of the bodies before
+    real(wp), intent(in) :: force(:, :, :) !! (3, nodes, loads) of a unit of each [force]
+    type(cost_t), intent(inout) :: costs !! cost table
+    integer, intent(out) :: outcome !! as in back_ends
+    real(wp), allocatable :: unit(:, :, :)
+    real(wp) :: stiffness(form%condensed%bodies(b)%motions%n)
+    integer :: k, l
+
+    associate (body => form%condensed%bodies(b), rigid => form%condensed%rigid, &
+      n => form%condensed%bodies(b)%motions%n, pushes => form%condensed%outer%pushes)
+      allocate (unit(3, size(force, 2), n), source=0.0_wp)
+      stiffness = fixing_stiffness(form, b)
+      do k = 1, n
+        unit(body%fixing_direction(k), body%fixing_node(k), k) = stiffness(k)
+      end do
+      if (.not. allocated(body%ways)) allocate (body%ways, mold=unit)
+      body%ways = 0.0_wp
+      call solve_body(body, unit, body%ways, costs, outcome)
+      do k = 1, n
+        pushes(first + k, :) = [(sum(body%ways(:, :, k)*force(:, :, l)), l=1, size(force, 3))]
+        do l = 1, n
+          rigid%spring(first + l, first + k) = merge(stiffness(k), 0.0_wp, k == l) - stiffness(l) &
+            *body%ways(body%fixing_direction(l), body%fixing_node(l), k)
+        end do
+      end do
+    end associate
+  end subroutine find_ways
+
   !> Work of nodal forces on the rigid motions that supports leave.
   pure subroutine push_bodies(body, condensed, force, push)
     type(bodies_t), intent(in) :: body !! bodies of condensed
@@ -92,6 +143,10 @@ contains
         body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
         do i = 1, body%m
           associate (n => body%first + i)
+            if (allocated(body%ways)) then
+              body%modes(i, :) = body%ways(condensed%direction(n), condensed%node(n), :)
+              cycle
+            end if
             body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
               condensed%rigid%x(:, condensed%node(n)))
           end associate
@@ -133,6 +188,8 @@ contains
     call sum_forces(condensed, condensed%bulk%force, condensed%rigid%imbalance)
     condensed%rigid%imbalance = condensed%rigid%imbalance - matmul(condensed%outer%pushes, &
       condensed%outer%factors)
+    if (allocated(condensed%rigid%spring)) condensed%rigid%imbalance = condensed%rigid%imbalance &
+      + matmul(condensed%rigid%spring, condensed%rigid%alpha)
     if (condensed%rigid%damping > 0.0_wp) condensed%rigid%imbalance = condensed%rigid%imbalance &
       + condensed%rigid%damping*(condensed%rigid%alpha - condensed%rigid%center)
   end subroutine find_imbalance
@@ -181,10 +238,16 @@ contains
       if (system%body%node_body(i) == 0) cycle
       associate (body => condensed%bodies(system%body%node_body(i)))
         if (body%motions%n == 0) cycle
-        do k = 1, 3
-          u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, condensed%rigid%x(:, i)), &
-            alpha(body%first_mode + 1:body%first_mode + body%motions%n))
-        end do
+        associate (mine => alpha(body%first_mode + 1:body%first_mode + body%motions%n))
+          do k = 1, 3
+            if (allocated(body%ways)) then
+              u(k, i) = u(k, i) + dot_product(body%ways(k, i, :), mine)
+            else
+              u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, condensed%rigid%x(:, i)), &
+                mine)
+            end if
+          end do
+        end associate
       end associate
     end do
   end subroutine add_motion_inside

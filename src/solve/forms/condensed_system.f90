@@ -132,7 +132,7 @@ contains
       call restore_forces(condensed)
       call find_equilibrium(condensed, u)
       do i = 1, condensed%n
-        if (body%floating(body%node_body(condensed%node(i)))) cycle
+        if (body%motions(body%node_body(condensed%node(i)))%n > 0) cycle
         position%carried(condensed%direction(i), condensed%node(i)) = u(i)
       end do
     end associate

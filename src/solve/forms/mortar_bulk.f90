@@ -6,8 +6,8 @@ module mortar_bulk
   use lapack_interface, only: dsymv
   use back_ends, only: solver_done, solver_not_definite
   use bulk_term, only: form_bulk_force, bulk_step
-  use block_matrix, only: find_block
   use bulk_factors, only: condense_at
+  use condensed_motions, only: fixing_stiffness
   use condensation, only: reduce_body, complete_body
   use condensed_types, only: condensed_body_t
   use model_types, only: model_t
@@ -118,7 +118,7 @@ contains
     real(wp) :: way(3, size(system%u, 2)), spring(form%condensed%bodies(b)%motions%n)
     integer :: k, l
 
-    spring = fixing_springs(form, b)
+    spring = fixing_stiffness(form, b)
     way = 0.0_wp
     associate (condensed => form%condensed, body => form%condensed%bodies(b), &
       first => form%condensed%bodies(b)%first_mode)
@@ -138,21 +138,6 @@ contains
       end do
     end associate
   end subroutine find_modes
-
-  !> Stiffness of the springs at the fixings of a body.
-  pure function fixing_springs(form, b) result(spring)
-    type(form_t), intent(in) :: form !! the matrix that was condensed
-    integer, intent(in) :: b !! the body
-    real(wp) :: spring(form%condensed%bodies(b)%motions%n)
-    integer :: k
-
-    associate (body => form%condensed%bodies(b), blocks => form%whole%bulk_matrix)
-      do k = 1, size(spring)
-        spring(k) = blocks%val(body%fixing_direction(k), body%fixing_direction(k), &
-          find_block(blocks, body%fixing_node(k), body%fixing_node(k)))
-      end do
-    end associate
-  end function fixing_springs
 
   !> Forces at the fixings of a body as a nodal field.
   pure function fixing_forces(system, form, b, at_fixings) result(force)
@@ -200,7 +185,7 @@ contains
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
           call answer_body(body, free_forces(system) + fixing_forces(system, form, b, &
-            fixing_springs(form, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
+            fixing_stiffness(form, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
             + body%motions%n)), &
             condensed%bulk%force(body%first + 1:body%first + body%m), form%costs, form%du)
         end associate

@@ -47,8 +47,13 @@ contains
     call find_motions(system, form, unknowns)
     allocate (unknowns%hold(size(unknowns%load), size(unknowns%load)), source=0.0_wp)
     associate (modes => form%condensed%rigid%modes)
-      if (modes > 0 .and. .not. system%bulk%linear) unknowns%hold(:modes, :modes) = &
-        form%condensed%rigid%hold
+      if (modes > 0) then
+        if (system%bulk%linear) then
+          unknowns%hold(:modes, :modes) = form%condensed%rigid%spring
+        else
+          unknowns%hold(:modes, :modes) = form%condensed%rigid%hold
+        end if
+      end if
     end associate
     call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
@@ -113,7 +118,6 @@ contains
         q = across(free, unknowns%rows%frame(:, :, i))
         unknowns%gap(r:r + 2) = matmul(q, unknowns%gap(r:r + 2))
         unknowns%motion(r:r + 2, :) = matmul(q, unknowns%motion(r:r + 2, :))
-        unknowns%push(r:r + 2, :) = matmul(q, unknowns%push(r:r + 2, :))
       end associate
     end do
   end subroutine drop_supported

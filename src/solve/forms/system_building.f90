@@ -70,7 +70,7 @@ contains
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system%loads)
     end if
-    call find_floating_bodies(model%mesh%x, system)
+    call find_floating_bodies(model%mesh%x, any(model%pairs%mortar), system)
     call allocate_vectors(model%mesh%nodes, system, form, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)

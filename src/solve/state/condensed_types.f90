@@ -77,6 +77,8 @@ module condensed_types
     integer :: first_mode = 0 !! motions of the bodies before
     integer, allocatable :: fixing_node(:), fixing_direction(:) !! (motions) where springs stop them
     real(wp), allocatable :: modes(:, :) !! (m, motions) what they do to the candidates
+    real(wp), allocatable :: ways(:, :, :) !! (3, nodes, motions) Y, the same with what springs do
+    !! to the body then, if springs resist some
     real(wp) :: softness = 1.0_wp !! mean compliance of its candidates [length/force]
     integer :: turns_about = turns_not !! what its mean rotation may be, where it is followed
     real(wp), allocatable :: turned_then(:, :) !! (3, 3) its mean rotation when it was factorised
@@ -200,6 +202,8 @@ module condensed_types
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
+    real(wp), allocatable :: spring(:, :) !! (modes, modes) what springs to ground do against them
+    !! [force/length]
     real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while regularised
     real(wp) :: damping = 0.0_wp !! on them [force/length]
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]

@@ -190,8 +190,9 @@ contains
   end function unit_vector
 
   !> Marks the bodies that their supports alone do not hold.
-  subroutine find_floating_bodies(x, system)
+  subroutine find_floating_bodies(x, apart, system)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    logical, intent(in) :: apart !! motions that springs hold are unknowns, as those left free are
     type(system_t), intent(inout) :: system !! gets floating
     integer :: held(3, size(system%equation, 2)), body
     real(wp) :: motion(6)
@@ -205,6 +206,12 @@ contains
       call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
     end do
     system%body%floating = system%body%motions%n > 0
+    if (apart .and. allocated(system%loads%spring)) then
+      do body = 1, system%body%bodies
+        call find_motions(x, system%equation, system%body%node_body, body, &
+          system%body%motions(body))
+      end do
+    end if
     if (system%tools%unknowns == 0) return
     do body = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(body))
