@@ -66,12 +66,13 @@ contains
   !> Gives each empty data set of a file its tree.
   subroutine begin_indexes(file, error)
     type(hdf5_file_t), intent(in) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, parameter :: most_ranks = 8
     integer(hsize_t) :: dims(most_ranks), limits(most_ranks)
     integer(hid_t) :: space
     integer :: i, s(4), rank
 
+    if (allocated(error)) return
     s = 0
     do i = 1, file%n_open
       call h5dget_space_f(file%sets(i)%id, space, s(1))

@@ -75,7 +75,7 @@ contains
     type(model_t), intent(in) :: model !! the problem, its pairs built
     type(origin_t), intent(in) :: origin !! what makes it
     integer, intent(in) :: free_dofs !! degrees of freedom that are not prescribed
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call create_locked_file(log%file, path, error)
@@ -88,18 +88,14 @@ contains
       count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
       count_noun(free_dofs, 'free dof'), error)
     do i = 1, size(model%materials)
-      if (allocated(error)) return
       call log_line(log, 'material  '//material_line(model%materials(i)), error)
     end do
     do i = 1, size(model%pairs)
-      if (allocated(error)) return
       call log_line(log, 'pair      '//pair_line(model%pairs(i)), error)
     end do
     do i = 1, size(model%notes)
-      if (allocated(error)) return
       call log_line(log, model%notes(i)%s, error)
     end do
-    if (allocated(error)) return
     call log_line(log, '', error)
   end subroutine create_log
 
@@ -218,11 +214,10 @@ contains
   subroutine log_line(log, line, error)
     type(log_t), intent(inout) :: log !! the log
     character(*), intent(in) :: line !! any text
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     if (.not. c_associated(log%file%stream)) return
     call write_line(log%file, line, error)
-    if (allocated(error)) return
     call flush_text_file(log%file, error)
   end subroutine log_line
 
@@ -230,7 +225,7 @@ contains
   subroutine log_warning(log, message, error)
     type(log_t), intent(inout) :: log !! the log
     character(*), intent(in) :: message !! the warning
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     log%warnings = log%warnings + 1
     call log_line(log, 'warning: '//message, error)
@@ -240,7 +235,7 @@ contains
   subroutine log_iteration(log, it, error)
     type(log_t), intent(inout) :: log !! the log
     type(log_iteration_t), intent(in) :: it !! what is known after it
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(200) :: line
 
     log%iterations = log%iterations + 1
@@ -257,7 +252,7 @@ contains
   subroutine log_increment(log, increment, error)
     type(log_t), intent(inout) :: log !! the log
     type(log_increment_t), intent(in) :: increment !! what is known at its end
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(160) :: line
 
     log%increments = log%increments + 1
@@ -287,7 +282,7 @@ contains
     real(wp), intent(in) :: old_size !! increment that failed [time]
     real(wp), intent(in) :: new_size !! increment tried next [time]
     character(*), intent(in) :: reason !! why it failed
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     log%cuts = log%cuts + 1
     call log_line(log, 'step '//to_text(step)//' cut: from time '//to_text(time)//', size '// &
@@ -298,7 +293,7 @@ contains
   subroutine log_error(log, message, error)
     type(log_t), intent(inout) :: log !! the log
     character(*), intent(in) :: message !! message of the error
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     call log_line(log, new_line('a')//message, error)
   end subroutine log_error
@@ -310,7 +305,7 @@ contains
     real(wp), intent(in) :: seconds !! wall-clock time of the whole run [s]
     real(wp), intent(in), optional :: variant(:) !! (n_costs+1) seconds of these and of all, per
     !! variant of a study [s]
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(80) :: line
     real(wp) :: processor
     character(:), allocatable :: head
@@ -323,23 +318,19 @@ contains
       count_noun(log%warnings, 'warning')//new_line('a')//new_line('a')// &
       'cost                                count      seconds'//head, error)
     do i = 1, n_costs
-      if (allocated(error)) return
       write (line, '(a,i13,f13.3)') cost_names(i), costs%count(i), costs%seconds(i)
       if (present(variant)) write (line(55:), '(f13.4)') variant(i)
       call log_line(log, line, error)
     end do
-    if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'whole run', seconds
     if (present(variant)) write (line(55:), '(f13.4)') variant(n_costs + 1)
     call log_line(log, line, error)
-    if (allocated(error)) return
     call cpu_time(processor)
     write (line, '(a,t42,f13.3)') 'processor time of all threads', processor
     call log_line(log, line, error)
-    if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'peak memory, MB', 1.0e-6_wp*peak_memory()
     call log_line(log, line, error)
-    if (allocated(error) .or. log%free_dofs == 0) return
+    if (log%free_dofs == 0) return
     write (line, '(a,t42,f13.3)') 'memory per free dof, kB', &
       1.0e-3_wp*peak_memory()/real(log%free_dofs, wp)
     call log_line(log, line, error)
@@ -348,7 +339,7 @@ contains
   !> Closes the log; one that was never created is left alone.
   subroutine close_log(log, error)
     type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     call note_log(-1_c_int)
     call close_text_file(log%file, error)

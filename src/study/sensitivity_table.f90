@@ -27,11 +27,10 @@ contains
     character(*), intent(in) :: path !! file name
     type(model_t), intent(in) :: model !! title, pairs
     type(sensitivity_t), intent(in) :: s !! sets, parameters
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call create_text_file(table%file, path, error)
-    if (allocated(error)) return
     do i = 1, size(s%sets)
       table%quantity = max(table%quantity, len(s%sets(i)%s))
     end do
@@ -42,13 +41,12 @@ contains
       table%parameter = max(table%parameter, len(s%slopes(i)%name))
     end do
     call write_line(table%file, '# '//trim(adjustl(model%title)), error)
-    if (.not. allocated(error)) call write_line(table%file, '# derivatives of reactions (sets) '// &
+    call write_line(table%file, '# derivatives of reactions (sets) '// &
       'and of contact sums (pairs) by parameters', error)
-    if (.not. allocated(error)) call write_line(table%file, '#   step'//repeat(' ', 19)// &
-      'time  '//padded('quantity', table%quantity)//'  '//padded('parameter', table%parameter)// &
-      repeat(' ', 21)//'d1'//repeat(' ', 21)//'d2'//repeat(' ', 21)//'d3   kinks'// &
-      repeat(' ', 18)//'range', error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call write_line(table%file, '#   step'//repeat(' ', 19)// 'time  '//padded('quantity', &
+      table%quantity)//'  '//padded('parameter', table%parameter)// repeat(' ', 21)//'d1'// &
+      repeat(' ', 21)//'d2'//repeat(' ', 21)//'d3   kinks'// repeat(' ', 18)//'range', error)
+    call flush_text_file(table%file, error)
   end subroutine create_sensitivity_table
 
   !> The derivatives at one end time, sets before pairs; a range without an end is 0.
@@ -95,7 +93,7 @@ contains
     type(sensitivity_table_t), intent(inout) :: table !! open table
     type(state_t), intent(in) :: state !! step and time
     type(derivative_rows_t), intent(in) :: rows !! derivatives
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(200) :: numbers
     character(31) :: start
     integer :: i
@@ -106,7 +104,6 @@ contains
         rows%values(4, i)
       call write_line(table%file, start//'  '//padded(trim(rows%quantity(i)), table%quantity)// &
         '  '//padded(trim(rows%parameter(i)), table%parameter)//trim(numbers), error)
-      if (allocated(error)) return
     end do
     call flush_text_file(table%file, error)
   end subroutine write_sensitivities
@@ -114,7 +111,7 @@ contains
   !> Closes the table.
   subroutine close_sensitivity_table(table, error)
     type(sensitivity_table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call close_text_file(table%file, error)
   end subroutine close_sensitivity_table

@@ -34,14 +34,13 @@ contains
     character(*), intent(in) :: title !! title of the deck
     type(study_t), intent(in) :: study !! its parameters
     type(string_t), intent(in) :: sets(:) !! sets of the reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: line
     integer :: i, k
 
     call create_text_file(table%file, path, error)
-    if (allocated(error)) return
     call write_line(table%file, '# '//trim(adjustl(title)), error)
-    if (.not. allocated(error)) call write_line(table%file, '# study '//study%name// &
+    call write_line(table%file, '# study '//study%name// &
       ': reactions at the last output time of each variant', error)
     line = '# variant'
     do i = 1, size(study%varied)
@@ -54,8 +53,8 @@ contains
       end do
     end do
     line = line//'  iterations    cuts'
-    if (.not. allocated(error)) call write_line(table%file, line, error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call write_line(table%file, line, error)
+    call flush_text_file(table%file, error)
   end subroutine create_study_table
 
   !> Writes the row of one variant.
@@ -64,7 +63,7 @@ contains
     type(study_t), intent(in) :: study !! values
     integer, intent(in) :: number !! of the variant
     type(result_t), intent(in) :: result !! what it has come to
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: line
     character(23) :: number_text
     character(40) :: counts
@@ -86,7 +85,7 @@ contains
     end do
     write (counts, '(i12,i8)') result%iterations, result%cuts
     call write_line(table%file, line//counts(:20), error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call flush_text_file(table%file, error)
   end subroutine write_variant
 
   !> A reaction at the last end time that was reached; zero before the first.
@@ -102,7 +101,7 @@ contains
   !> Closes the table.
   subroutine close_study_table(table, error)
     type(study_table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call close_text_file(table%file, error)
   end subroutine close_study_table
@@ -129,7 +128,7 @@ contains
     type(string_t), intent(in) :: sets(:) !! sets of the reactions
     real(wp), intent(in) :: times(:) !! end times
     type(result_t), intent(in) :: result !! its reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(table_t) :: table
     character(8) :: text
     integer :: i
@@ -137,9 +136,8 @@ contains
     write (text, '(i0.3)') number
     call create_reaction_table(table, base//'.'//trim(text)//'.rea', title, sets, error)
     do i = 1, result%step
-      if (allocated(error)) return
       call write_rows(table, i, times(i), result%reactions(:, :, i), error)
     end do
-    if (.not. allocated(error)) call close_table(table, error)
+    call close_table(table, error)
   end subroutine write_reactions
 end module study_table
