@@ -15,6 +15,7 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
   use bulk_laws, only: laws
+  use monitors, only: iteration_t
   use result_types, only: origin_t
   use friction_laws, only: cone_laws, first_value, acts
   use model_types, only: model_t, material_t
@@ -23,7 +24,7 @@ module run_log
   implicit none
   private
   public :: log_brief, log_normal, log_full, log_level
-  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
+  public :: log_t, log_increment_t, create_log, log_line, log_warning, &
     log_iteration, log_increment, log_cut, log_error, log_costs, close_log
 
   !> How much is logged: no iterations; these; also where each is worst, and all tables of audits.
@@ -39,21 +40,6 @@ module run_log
     integer :: cuts = 0 !! cuts so far
     integer :: free_dofs = 0 !! degrees of freedom that are not prescribed
   end type log_t
-
-  !> What is known after one iteration.
-  type :: log_iteration_t
-    integer :: step = 0 !! number of the end time it works for
-    real(wp) :: time = 0.0_wp !! time of the increment's end [time]
-    integer :: iteration = 0 !! number of the solve in this increment
-    real(wp) :: residual = 0.0_wp !! norm of the residual on the free dofs [force]
-    real(wp) :: energy = 0.0_wp !! residual times solution [force length]
-    real(wp) :: line_search = 1.0_wp !! step length taken
-    integer :: active = 0 !! contact points in contact
-    integer :: stick = 0 !! of these, sticking
-    integer :: slip = 0 !! of these, slipping
-    character(12) :: solver = '' !! linear solver used
-    real(wp) :: seconds = 0.0_wp !! wall-clock time of the iteration [s]
-  end type log_iteration_t
 
   !> What is known after one converged increment.
   type :: log_increment_t
@@ -232,17 +218,18 @@ contains
   end subroutine log_warning
 
   !> Writes the line of one iteration.
-  subroutine log_iteration(log, it, error)
+  subroutine log_iteration(log, step, it, error)
     type(log_t), intent(inout) :: log !! the log
-    type(log_iteration_t), intent(in) :: it !! what is known after it
+    integer, intent(in) :: step !! number of the end time it works for
+    type(iteration_t), intent(in) :: it !! what is known after it
     type(error_t), allocatable, intent(inout) :: error !! disk full
     character(200) :: line
 
     log%iterations = log%iterations + 1
     if (log%level == log_brief) return
-    write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,f9.3,a)') 'step '//padded(it%step, 5), &
-      ' time ', it%time, ' iteration ', padded(it%iteration, 2), '  Residual norm = ', &
-      it%residual, '  Energy convergence test = ', it%energy, '  line search', it%line_search, &
+    write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,4x,f9.3,a)') 'step '//padded(step, 5), &
+      ' time ', it%time, ' iteration ', padded(it%number, 2), '  Residual norm = ', &
+      it%residual, '  Energy convergence test = ', it%energy, '  line search', it%step_length, &
       '  active ', padded(it%active, 5), ' stick ', padded(it%stick, 5), ' slip ', &
       padded(it%slip, 5), '  ', it%solver, it%seconds, ' s'
     call log_line(log, line, error)

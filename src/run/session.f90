@@ -52,7 +52,8 @@ module session
   use study_run, only: run_study, check_run
   use sensitivity_start, only: check_slopes, begin_sensitivities
   use kept_slopes, only: announce_slopes, resume_slopes
-  use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
+  use sensitivity_table, only: create_sensitivity_table
+  use text_files, only: close_text_file
   implicit none
   private
   public :: run_session
@@ -238,7 +239,7 @@ contains
       if (context%terminal%json) call tell_costs(context)
       call begin_writing()
       call close_files(files, system%costs, trouble)
-      if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)
+      if (context%sensitivity%active) call close_text_file(context%derivatives%file, trouble)
       call end_writing()
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)

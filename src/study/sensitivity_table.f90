@@ -2,15 +2,14 @@
 module sensitivity_table
   use kinds, only: wp
   use errors, only: error_t
-  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file
   use model_types, only: model_t
   use system_types, only: state_t
   use result_types, only: derivative_rows_t
   use sensitivity_types, only: sensitivity_t
   implicit none
   private
-  public :: sensitivity_table_t, create_sensitivity_table, derivative_rows, write_sensitivities, &
-    close_sensitivity_table
+  public :: sensitivity_table_t, create_sensitivity_table, derivative_rows, write_sensitivities
 
   !> The table, open for writing.
   type :: sensitivity_table_t
@@ -107,14 +106,6 @@ contains
     end do
     call flush_text_file(table%file, error)
   end subroutine write_sensitivities
-
-  !> Closes the table.
-  subroutine close_sensitivity_table(table, error)
-    type(sensitivity_table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(inout) :: error !! file trouble
-
-    call close_text_file(table%file, error)
-  end subroutine close_sensitivity_table
 
   !> A name with blanks behind it, and underscores within.
   pure function padded(name, width) result(t)

@@ -37,9 +37,8 @@ contains
     real(wp) :: x(3)
 
     call read_item_count(text, cursor, n)
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       if (.not. cursor%binary) call skip_blanks(text, cursor)
       at = item_start(cursor)
       call read_number(text, cursor, tag, 'the tag of a node')
@@ -63,9 +62,8 @@ contains
     left = 0
     kind = 0
     tags = 0
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       if (.not. cursor%binary) call skip_blanks(text, cursor)
       at = item_start(cursor)
       if (cursor%binary .and. left == 0) then
@@ -105,9 +103,8 @@ contains
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
     group = 0
-    i = 0
-    do while (i < tags .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, tags
+      if (cursor%failed) exit
       call read_number(text, cursor, number, 'a tag of an element')
       if (i == 1 .and. number > -huge(number)) group = abs(number)
     end do

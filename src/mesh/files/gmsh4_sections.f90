@@ -23,9 +23,8 @@ contains
       call read_size(text, cursor, count(i), 'the number of entities')
     end do
     do dimension = 0, 3
-      i = 0
-      do while (i < count(dimension) .and. .not. cursor%failed)
-        i = i + 1
+      do i = 1, count(dimension)
+        if (cursor%failed) exit
         call read_entity(text, dimension, physical, cursor)
       end do
     end do
@@ -45,9 +44,8 @@ contains
       call read_real(text, cursor, unused, 'a bound of an entity')
     end do
     call read_size(text, cursor, n, 'the number of physical groups of an entity')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_number(text, cursor, tag, 'a physical group of an entity')
       ! a negative number says that the entity is reversed in the group
       if (.not. cursor%failed) call add_membership(physical, dimension, entity, &
@@ -55,9 +53,8 @@ contains
     end do
     if (dimension == 0) return
     call read_size(text, cursor, n, 'the number of boundaries of an entity')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_number(text, cursor, tag, 'a boundary of an entity')
     end do
   end subroutine read_entity
@@ -111,16 +108,14 @@ contains
     real(wp) :: unused
 
     first = file%nodes
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_size(text, cursor, tag, 'the tag of a node')
       if (tag < 1) call fail(cursor, block_start(cursor), 'a node with tag 0', 'tags start at 1')
       if (.not. cursor%failed) call add_node(file, tag, [0.0_wp, 0.0_wp, 0.0_wp], cursor%at)
     end do
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       if (.not. cursor%binary) call skip_blanks(text, cursor)
       file%node_at(first + i) = block_start(cursor)
       do k = 1, 3
@@ -192,9 +187,8 @@ contains
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the block
     integer :: i, k, tag, nodes(most_nodes), at
 
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       if (.not. cursor%binary) call skip_blanks(text, cursor)
       at = block_start(cursor)
       call read_size(text, cursor, tag, 'the tag of an element')

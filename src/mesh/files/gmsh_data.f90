@@ -27,9 +27,8 @@ contains
     if (kept) call add_field(file, name, cursor%head)
     if (.not. kept) call add_remark(file, 'element data '''//name//''' of '// &
       to_text(components)//' components left out')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       if (.not. cursor%binary) call skip_blanks(text, cursor)
       at = cursor%at
       if (cursor%binary) at = cursor%head
@@ -61,24 +60,21 @@ contains
     cursor%binary = .false.
     call read_number(text, cursor, count, 'the number of names')
     call read_line(text, cursor, first, last, found)
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_line(text, cursor, first, last, found)
       if (.not. found) call fail(cursor, cursor%last, 'the file ends in $ElementData', &
         'is the file complete? write it again')
       if (i == 1 .and. last > first) name = text(first + 1:last - 1)
     end do
     call read_number(text, cursor, count, 'the number of real tags')
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_real(text, cursor, unused, 'a real tag')
     end do
     call read_number(text, cursor, count, 'the number of integer tags')
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_number(text, cursor, number, 'an integer tag')
       if (i == 2) components = number
       if (i == 3) n = number
