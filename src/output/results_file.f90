@@ -128,7 +128,11 @@ contains
     integer(int64) :: bytes
     logical :: with_frames, with_state
 
-    if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
+    if (present(frame)) then
+      call append_vtk_frame(results%vtk, results%file, row%time, frame, error)
+      if (model%output%contact) call append_contact(results%file, model, row%step, row%time, &
+        frame%began, frame%pairs, error)
+    end if
     with_state = present(state) .and. model%output%state /= state_none
     with_frames = are_frames_due(results%vtk%grid, results%file)
     bytes = bytes_of_rows
@@ -163,20 +167,6 @@ contains
 
     call append_vtk_frame(results%vtk, results%file, time, frame, error)
   end subroutine append_picture
-
-  !> Adds the fields of one end time.
-  subroutine append_frame(results, model, step, time, frame, error)
-    type(results_t), intent(inout) :: results !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    type(frame_t), intent(in) :: frame !! the fields
-    type(error_t), allocatable, intent(inout) :: error !! file trouble
-
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
-    if (model%output%contact) call append_contact(results%file, model, step, time, frame%began, &
-      frame%pairs, error)
-  end subroutine append_frame
 
   !> Writes what a study varies, before its first variant.
   subroutine begin_variants(results, parameters, sets, error)
@@ -213,7 +203,9 @@ contains
     call write_frames(results%vtk%grid, results%file, trouble)
     call flush_hdf5(results%file, trouble)
     call count_frames(results%vtk%grid, results%file, trouble)
-    call renew_costs(results%file, costs, trouble)
+    ! written over: closing a file must not change what tells where its data are
+    call write_block(results%file, '/run/cost_counts', int(costs%count), 1, trouble)
+    call write_block(results%file, '/run/cost_seconds', costs%seconds, 1, trouble)
     call flush_hdf5(results%file, trouble)
     call close_hdf5(results%file, trouble)
     if (.not. allocated(error)) call move_alloc(trouble, error)
@@ -251,21 +243,13 @@ contains
 
     call make_group(file, '/run/sets', error)
     do i = 1, size(model%mesh%sets)
-      call write_set(file, '/run/sets/'//model%mesh%sets(i)%name, model%mesh%sets(i)%nodes, error)
+      associate (path => '/run/sets/'//model%mesh%sets(i)%name, nodes => model%mesh%sets(i)%nodes)
+        call make_series(file, path, stored_integer, [integer ::], size(nodes), '1', &
+          'node numbers of the set', error)
+        call write_block(file, path, nodes, at_end, error)
+      end associate
     end do
   end subroutine write_sets
-
-  !> Writes the nodes of one set.
-  subroutine write_set(file, path, nodes, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: path !! data set
-    integer, intent(in), contiguous :: nodes(:) !! node numbers
-    type(error_t), allocatable, intent(inout) :: error !! file trouble
-
-    call make_series(file, path, stored_integer, [integer ::], size(nodes), '1', &
-      'node numbers of the set', error)
-    call write_block(file, path, nodes, at_end, error)
-  end subroutine write_set
 
   !> Writes /run/surfaces: the facets of each surface of the deck, for what makes meshes anew.
   subroutine write_surfaces(file, model, error)
@@ -300,16 +284,6 @@ contains
     call make_text_series(file, path, len(one), description, error)
     call write_block(file, path, one, at_end, error)
   end subroutine write_text
-
-  !> Overwrites the cost table: closing a file must not change what tells where its data are.
-  subroutine renew_costs(file, costs, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(cost_t), intent(in) :: costs !! what the run cost
-    type(error_t), allocatable, intent(inout) :: error !! file trouble
-
-    call write_block(file, '/run/cost_counts', int(costs%count), 1, error)
-    call write_block(file, '/run/cost_seconds', costs%seconds, 1, error)
-  end subroutine renew_costs
 
   !> Makes the cost table.
   subroutine write_costs(file, costs, error)

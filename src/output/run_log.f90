@@ -25,7 +25,7 @@ module run_log
   private
   public :: log_brief, log_normal, log_full, log_level
   public :: log_t, log_increment_t, create_log, log_line, log_warning, &
-    log_iteration, log_increment, log_cut, log_error, log_costs, close_log
+    log_iteration, log_increment, log_cut, log_costs, close_log
 
   !> How much is logged: no iterations; these; also where each is worst, and all tables of audits.
   integer, parameter :: log_brief = 1, log_normal = 2, log_full = 3
@@ -275,15 +275,6 @@ contains
     call log_line(log, 'step '//to_text(step)//' cut: from time '//to_text(time)//', size '// &
       to_text(old_size)//' to '//to_text(new_size)//': '//reason, error)
   end subroutine log_cut
-
-  !> Writes the message of an error that ends the run.
-  subroutine log_error(log, message, error)
-    type(log_t), intent(inout) :: log !! the log
-    character(*), intent(in) :: message !! message of the error
-    type(error_t), allocatable, intent(inout) :: error !! disk full
-
-    call log_line(log, new_line('a')//message, error)
-  end subroutine log_error
 
   !> Writes the cost table.
   subroutine log_costs(log, costs, seconds, variant, error)

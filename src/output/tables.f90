@@ -18,7 +18,7 @@ module tables
   private
   public :: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
-    write_rows, close_table
+    write_rows, close_table, row_start, reals, padded
 
   !> A table open for writing.
   type :: table_t
@@ -260,18 +260,6 @@ contains
     end do
   end function reals
 
-  !> A name in one piece: blanks within it become underscores, for blanks part the columns.
-  pure function without_blanks(name) result(t)
-    character(*), intent(in) :: name !! the name
-    character(len(name)) :: t
-    integer :: i
-
-    t = name
-    do i = 1, len_trim(name)
-      if (t(i:i) == ' ' .or. t(i:i) == achar(9)) t(i:i) = '_'
-    end do
-  end function without_blanks
-
   !> Pads names to one width.
   pure subroutine pad_names(names, key, padded_names)
     type(string_t), intent(in) :: names(:) !! the names
@@ -282,7 +270,7 @@ contains
     width = name_width(names, key)
     allocate (padded_names(size(names)))
     do i = 1, size(names)
-      padded_names(i)%s = padded(without_blanks(names(i)%s), width)
+      padded_names(i)%s = padded(names(i)%s, width)
     end do
   end subroutine pad_names
 
@@ -298,12 +286,16 @@ contains
     end do
   end function name_width
 
-  !> A name with blanks behind it.
+  !> A name with blanks behind it and underscores for those within, for blanks part the columns.
   pure function padded(name, width) result(t)
-    character(*), intent(in) :: name !! the name
+    character(*), intent(in) :: name !! name
     integer, intent(in) :: width !! length of the result
     character(width) :: t
+    integer :: i
 
     t = name
+    do i = 1, min(width, len_trim(name))
+      if (t(i:i) == ' ' .or. t(i:i) == achar(9)) t(i:i) = '_'
+    end do
   end function padded
 end module tables

@@ -2,6 +2,7 @@
 module sensitivity_table
   use kinds, only: wp
   use errors, only: error_t
+  use tables, only: row_start, reals, padded
   use text_files, only: text_file_t, create_text_file, write_line, flush_text_file
   use model_types, only: model_t
   use system_types, only: state_t
@@ -93,30 +94,15 @@ contains
     type(state_t), intent(in) :: state !! step and time
     type(derivative_rows_t), intent(in) :: rows !! derivatives
     type(error_t), allocatable, intent(inout) :: error !! file trouble
-    character(200) :: numbers
-    character(31) :: start
+    character(8) :: kinks
     integer :: i
 
-    write (start, '(i8,2x,es21.12e3)') state%step, state%time
     do i = 1, size(rows%kinks)
-      write (numbers, '(3(2x,es21.12e3),i8,2x,es21.12e3)') rows%values(1:3, i), rows%kinks(i), &
-        rows%values(4, i)
-      call write_line(table%file, start//'  '//padded(trim(rows%quantity(i)), table%quantity)// &
-        '  '//padded(trim(rows%parameter(i)), table%parameter)//trim(numbers), error)
+      write (kinks, '(i8)') rows%kinks(i)
+      call write_line(table%file, row_start(state%step, state%time)//'  '// &
+        padded(trim(rows%quantity(i)), table%quantity)//'  '//padded(trim(rows%parameter(i)), &
+        table%parameter)//reals(rows%values(1:3, i))//kinks//reals(rows%values(4:4, i)), error)
     end do
     call flush_text_file(table%file, error)
   end subroutine write_sensitivities
-
-  !> A name with blanks behind it, and underscores within.
-  pure function padded(name, width) result(t)
-    character(*), intent(in) :: name !! the name
-    integer, intent(in) :: width !! length of the result
-    character(width) :: t
-    integer :: i
-
-    t = name
-    do i = 1, len_trim(name)
-      if (t(i:i) == ' ') t(i:i) = '_'
-    end do
-  end function padded
 end module sensitivity_table

@@ -2,7 +2,7 @@
 module gmsh2_sections
   use kinds, only: wp
   use text, only: to_text
-  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, skip_blanks
+  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, find_item
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
   use gmsh_groups, only: from_gmsh, gmsh_shape
@@ -39,8 +39,7 @@ contains
     call read_item_count(text, cursor, n)
     do i = 1, n
       if (cursor%failed) exit
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = item_start(cursor)
+      call find_item(text, cursor, at)
       call read_number(text, cursor, tag, 'the tag of a node')
       if (tag < 1) call fail(cursor, at, 'a node with tag '//to_text(tag), 'tags start at 1')
       do k = 1, 3
@@ -64,8 +63,7 @@ contains
     tags = 0
     do i = 1, n
       if (cursor%failed) exit
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = item_start(cursor)
+      call find_item(text, cursor, at)
       if (cursor%binary .and. left == 0) then
         call read_number(text, cursor, kind, 'the type of elements')
         call read_number(text, cursor, left, 'the number of elements of a block')
@@ -113,12 +111,4 @@ contains
     end do
     if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:n)), corners, group, at)
   end subroutine read_element
-
-  !> Where a message about the item at hand points to: in a binary file, the head of its section.
-  pure integer function item_start(cursor) result(at)
-    type(cursor_t), intent(in) :: cursor !! the place
-
-    at = cursor%at
-    if (cursor%binary) at = cursor%head
-  end function item_start
 end module gmsh2_sections

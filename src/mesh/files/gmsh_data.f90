@@ -2,7 +2,7 @@
 module gmsh_data
   use kinds, only: wp
   use text, only: to_text
-  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, skip_blanks
+  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, find_item
   use mesh_file_types, only: file_mesh_t, add_field, add_vector, add_remark
   implicit none
   private
@@ -29,9 +29,7 @@ contains
       to_text(components)//' components left out')
     do i = 1, n
       if (cursor%failed) exit
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = cursor%at
-      if (cursor%binary) at = cursor%head
+      call find_item(text, cursor, at)
       call read_number(text, cursor, tag, 'the tag of an element')
       v = 0.0_wp
       do k = 1, components
