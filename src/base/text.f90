@@ -3,7 +3,11 @@ module text
   use kinds, only: wp
   implicit none
   private
-  public :: lower, upper, to_text, range_text, edit_distance, string_t, count_noun, in_quotes
+  public :: lower, upper, to_text, range_text, edit_distance, string_t, count_noun, in_quotes, &
+    append_string
+
+  !> Room of a list of strings at its first one.
+  integer, parameter :: first_strings = 16
 
   !> A character string of its own length, for arrays of strings.
   type :: string_t
@@ -152,4 +156,24 @@ contains
     t = name
     if (scan(name, ' ,=!') > 0) t = ''''//name//''''
   end function in_quotes
+
+  !> Adds a string behind the first n of a list, which gets twice its room when it is full.
+  pure subroutine append_string(list, n, s)
+    type(string_t), allocatable, intent(inout) :: list(:) !! strings, and room for more
+    integer, intent(inout) :: n !! strings in it; one more after
+    character(*), intent(in) :: s !! the string
+    type(string_t), allocatable :: longer(:)
+    integer :: i
+
+    if (.not. allocated(list)) allocate (list(first_strings))
+    if (n == size(list)) then
+      allocate (longer(2*max(n, 1)))
+      do i = 1, n
+        call move_alloc(list(i)%s, longer(i)%s)
+      end do
+      call move_alloc(longer, list)
+    end if
+    n = n + 1
+    list(n)%s = s
+  end subroutine append_string
 end module text

@@ -135,12 +135,9 @@ contains
   !> Whether BATCh asks for a table.
   pure logical function any_table(reading)
     type(reading_t), intent(in) :: reading !! holds the solution commands
-    integer :: i
 
-    any_table = .false.
-    do i = 1, reading%batch%count
-      if (reading%batch%sets(i)%command == 'prop') any_table = .true.
-    end do
+    any_table = reading%batch%count > 0
+    if (any_table) any_table = any(reading%batch%sets(:reading%batch%count)%command == 'prop')
   end function any_table
 
   !> Checks that LOOP and NEXT match, and that no NEXT names a loop around the one that it ends.

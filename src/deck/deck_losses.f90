@@ -28,13 +28,10 @@ contains
   pure logical function is_lost(deck, command) result(lost)
     type(deck_t), intent(in) :: deck !! the deck
     character(*), intent(in) :: command !! its first four letters
-    integer :: i
 
     lost = .false.
-    if (.not. allocated(deck%losses)) return
-    do i = 1, size(deck%losses)
-      lost = lost .or. any(deck%losses(i)%command == [character(4) :: '', '?', command])
-    end do
+    if (allocated(deck%losses)) lost = any(deck%losses%command == '' .or. &
+      deck%losses%command == '?' .or. deck%losses%command == command)
   end function is_lost
 
   !> True if data that were left out may have defined this name.
@@ -53,12 +50,8 @@ contains
   !> True if data that were left out may have defined any name.
   pure logical function lost_names(deck) result(lost)
     type(deck_t), intent(in) :: deck !! the deck
-    integer :: i
 
     lost = .false.
-    if (.not. allocated(deck%losses)) return
-    do i = 1, size(deck%losses)
-      lost = lost .or. deck%losses(i)%command == '?'
-    end do
+    if (allocated(deck%losses)) lost = any(deck%losses%command == '?')
   end function lost_names
 end module deck_losses

@@ -1,7 +1,6 @@
 !> Finds the word a user probably meant.
 module hints
-  use text, only: string_t, lower
-  use string_lists, only: append_string
+  use text, only: string_t, lower, append_string
   implicit none
   private
   public :: word_list_t, add_candidate, is_listed, nearest_word, did_you_mean

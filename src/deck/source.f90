@@ -5,8 +5,7 @@ module source
   use file_identity, only: file_identity_t, identify, obstacle_of, kind_none, kind_file, kind_pipe
   implicit none
   private
-  public :: source_t, source_file_t, add_file, add_text, source_line, line_count, file_name, &
-    file_text, beside
+  public :: source_t, source_file_t, add_file, add_text, source_line, file_name, beside
 
   !> One file with the places where its lines start and end.
   type :: source_file_t
@@ -205,14 +204,6 @@ contains
     text = source%files(file)%text(source%files(file)%first(line):source%files(file)%last(line))
   end function source_line
 
-  !> Number of lines of a file.
-  pure integer function line_count(source, file) result(n)
-    type(source_t), intent(in) :: source !! all files
-    integer, intent(in) :: file !! number of the file
-
-    n = source%files(file)%lines
-  end function line_count
-
   !> Path of a file.
   function file_name(source, file) result(name)
     type(source_t), intent(in) :: source !! all files
@@ -238,13 +229,4 @@ contains
       if (index(name, '/dev/') /= 1) full = name(:index(name, '/', back=.true.))//path
     end associate
   end function beside
-
-  !> All bytes of a file.
-  function file_text(source, file) result(text)
-    type(source_t), intent(in) :: source !! all files
-    integer, intent(in) :: file !! number of the file
-    character(:), allocatable :: text
-
-    text = source%files(file)%text
-  end function file_text
 end module source

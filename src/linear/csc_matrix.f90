@@ -24,7 +24,27 @@ contains
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(csc_matrix_t), intent(out) :: matrix !! pattern; values 0
-    integer :: node, j, k, i
+
+    call list_rows(blocks, equation, matrix)
+  end subroutine build_pattern
+
+  !> The lower triangle of the free degrees of freedom with its values, rows in no order.
+  subroutine build_lower(blocks, equation, matrix)
+    type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(csc_matrix_t), intent(out) :: matrix !! pattern and values
+
+    matrix%lower = .true.
+    call list_rows(blocks, equation, matrix)
+    call fill_values(blocks, equation, matrix)
+  end subroutine build_lower
+
+  !> The rows of each column, in the order in which fill_values comes to them.
+  pure subroutine list_rows(blocks, equation, matrix)
+    type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(csc_matrix_t), intent(inout) :: matrix !! lower given; gets the pattern, values 0
+    integer :: node, j, k, i, first
     integer(long) :: filled
 
     call count_entries(blocks, equation, matrix)
@@ -34,46 +54,18 @@ contains
     do node = 1, blocks%nodes
       do j = 1, 3
         if (equation(j, node) == 0) cycle
+        first = merge(equation(j, node), 1, matrix%lower)
         filled = matrix%ptr(equation(j, node))
         do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
           do i = 1, 3
-            if (equation(i, blocks%row(k)) == 0) cycle
+            if (equation(i, blocks%row(k)) < first) cycle
             filled = filled + 1
             matrix%row(filled) = equation(i, blocks%row(k)) - 1
           end do
         end do
       end do
     end do
-  end subroutine build_pattern
-
-  !> The lower triangle of the free degrees of freedom with its values, rows in no order.
-  subroutine build_lower(blocks, equation, matrix)
-    type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
-    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
-    type(csc_matrix_t), intent(out) :: matrix !! pattern and values
-    integer :: node, j, k, i, row, column
-    integer(long) :: filled
-
-    matrix%lower = .true.
-    call count_entries(blocks, equation, matrix)
-    allocate (matrix%row(matrix%ptr(matrix%n + 1)), matrix%val(matrix%ptr(matrix%n + 1)))
-    do node = 1, blocks%nodes
-      do j = 1, 3
-        column = equation(j, node)
-        if (column == 0) cycle
-        filled = matrix%ptr(column)
-        do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
-          do i = 1, 3
-            row = equation(i, blocks%row(k))
-            if (row < column) cycle
-            filled = filled + 1
-            matrix%row(filled) = row - 1
-            matrix%val(filled) = blocks%val(i, j, k)
-          end do
-        end do
-      end do
-    end do
-  end subroutine build_lower
+  end subroutine list_rows
 
   !> Order of the matrix, and where its columns begin.
   pure subroutine count_entries(blocks, equation, matrix)
@@ -103,22 +95,23 @@ contains
     end do
   end subroutine count_entries
 
-  !> Copies the values of the free rows and columns, in the order of build_pattern, and notes
+  !> Copies the values of the free rows and columns, in the order of list_rows, and notes
   !! whether any of them is new.
   pure subroutine fill_values(blocks, equation, matrix)
     type(block_matrix_t), intent(in) :: blocks !! matrix of all degrees of freedom
     integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
     type(csc_matrix_t), intent(inout) :: matrix !! gets val
-    integer :: node, j, k, i
+    integer :: node, j, k, i, first
     integer(long) :: filled
 
     do node = 1, blocks%nodes
       do j = 1, 3
         if (equation(j, node) == 0) cycle
+        first = merge(equation(j, node), 1, matrix%lower)
         filled = matrix%ptr(equation(j, node))
         do k = blocks%ptr(node), blocks%ptr(node + 1) - 1
           do i = 1, 3
-            if (equation(i, blocks%row(k)) == 0) cycle
+            if (equation(i, blocks%row(k)) < first) cycle
             filled = filled + 1
             if (abs(matrix%val(filled) - blocks%val(i, j, k)) > 0.0_wp) matrix%changed = .true.
             matrix%val(filled) = blocks%val(i, j, k)

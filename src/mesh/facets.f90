@@ -40,11 +40,7 @@ contains
     allocate (table%corners(3, n), table%keys(3, n), table%elements(n))
     first = 1
     do while (first <= n)
-      last = first
-      do while (last < n)
-        if (any(keys(:, order(last + 1)) /= keys(:, order(first)))) exit
-        last = last + 1
-      end do
+      last = last_equal(keys, order, first)
       if (keys(1, order(first)) == 0) then
         ! of an element that is not there
       else if (last == first) then
@@ -95,6 +91,17 @@ contains
     end do
   end function find_key
 
+  !> The last place of the columns that are equal to that at a place, in their order.
+  pure integer function last_equal(keys, order, first) result(last)
+    integer, intent(in) :: keys(:, :) !! (rows, n) columns
+    integer, intent(in) :: order(:) !! (n) lexicographic
+    integer, intent(in) :: first !! the place
+
+    do last = first, size(order) - 1
+      if (any(keys(:, order(last + 1)) /= keys(:, order(first)))) return
+    end do
+  end function last_equal
+
   !> The facet across each edge. An edge of one facet is the boundary; so is one of three or more,
   !! because there the surface does not say which way it goes on.
   subroutine facet_neighbours(corners, neighbours, non_manifold)
@@ -118,11 +125,7 @@ contains
     non_manifold = 0
     first = 1
     do while (first <= n)
-      last = first
-      do while (last < n)
-        if (any(edges(:, order(last + 1)) /= edges(:, order(first)))) exit
-        last = last + 1
-      end do
+      last = last_equal(edges, order, first)
       if (last == first + 1) then
         i = order(first) - 1
         j = order(last) - 1

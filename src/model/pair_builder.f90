@@ -12,7 +12,7 @@ module pair_builder
   use contact_cells, only: prepare_cells
   use contact_reader, only: pair_draft_t
   use model_types, only: model_t
-  use overlap_checks, only: check_shrink
+  use loads, only: has_load
   use pair_sides, only: take_master, take_slave, take_slave_facets, check_common_facets
   use pair_lay, only: set_lay
   use penalty_values, only: set_penalties
@@ -239,4 +239,24 @@ contains
     if (pair%augmented) t = ', '//to_text(pair%points%relative, 3)//' E/h with h = '// &
       to_text(pair%points%cell, 3)//'; AUGMent closes the gap it leaves'
   end function expected_penetration
+
+  !> SHRInk wants a table, and goes neither with multipliers nor with gaps that are closed.
+  subroutine check_shrink(model, pair, diagnostics)
+    type(model_t), intent(in) :: model !! tables
+    type(pair_t), intent(in) :: pair !! the pair
+    type(diagnostics_t), intent(inout) :: diagnostics !! the deck's errors
+
+    if (.not. has_load(model%tables, pair%shrinking%shrink)) then
+      call report_error(diagnostics, pair%shrinking%shrink_at, 'proportional load '// &
+        to_text(pair%shrinking%shrink)//' has no table', 'define it with PROPortional '// &
+        to_text(pair%shrinking%shrink)//', or write 0 for the sum of all tables')
+    else if (pair%augmented) then
+      call report_error(diagnostics, pair%shrinking%shrink_at, 'SHRInk does not go with AUGMent', &
+        'leave AUGMent out; a penalty of AUTO 100 leaves little of the overlap')
+    else if (pair%fit%adjusted) then
+      call report_error(diagnostics, pair%shrinking%shrink_at, &
+        'SHRInk does not go with ADJUst, which '// &
+        'takes the overlap away', 'leave one of them out')
+    end if
+  end subroutine check_shrink
 end module pair_builder

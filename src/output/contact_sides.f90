@@ -1,12 +1,12 @@
 !> The two surfaces of a contact pair: their nodes, facets and areas.
 module contact_sides
   use kinds, only: wp
-  use vectors, only: cross
   use cells, only: tet10, facet_of
   use key_sorting, only: unique_numbers
   use mesh_types, only: mesh_t
   use contact_types, only: pair_t, form_quadrature_to_surface
   use contact_points, only: count_points
+  use facet_geometry, only: facet_area
   implicit none
   private
   public :: contact_surface_t, find_slave_surface, find_master_surface, places
@@ -83,8 +83,7 @@ contains
       associate (corners => facets(:, f))
         surface%facets(:, f) = place(corners)
         if (middles(1, f) > 0) surface%middles(:, f) = place(middles(:, f))
-        surface%facet_area(f) = 0.5_wp*norm2(cross(mesh%x(:, corners(1)) - mesh%x(:, corners(3)), &
-          mesh%x(:, corners(2)) - mesh%x(:, corners(3))))
+        surface%facet_area(f) = facet_area(mesh%x(:, corners))
         do i = 1, 3
           associate (area => surface%node_area(place(corners(i))))
             area = area + surface%facet_area(f)/3.0_wp

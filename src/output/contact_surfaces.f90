@@ -223,27 +223,33 @@ contains
     if (length > 0.0_wp) u = v/length
   end function unit_vector
 
+  !> The mean direction of the lay at the corners of a facet, whose signs are free.
+  pure function mean_lay(lay) result(mean)
+    real(wp), intent(in) :: lay(3, 3) !! a column a corner
+    real(wp) :: mean(3)
+    integer :: k
+
+    mean = 0.0_wp
+    do k = 1, 3
+      mean = mean + sign(1.0_wp, dot_product(mean, lay(:, k)))*lay(:, k)
+    end do
+    mean = unit_vector(mean)
+  end function mean_lay
+
   !> Fields of facets, and of nodes that stand alone, from those of nodes: means over the corners.
   pure subroutine average_corners(surface, nodes, at_nodes, at_facets)
     type(contact_surface_t), intent(in) :: surface !! the surface
     type(sums_t), intent(in) :: nodes !! sums at its nodes
     real(wp), intent(in) :: at_nodes(:, :) !! (n_columns, nodes) fields
     real(wp), intent(out) :: at_facets(:, :) !! (n_columns, facets and lone nodes) fields
-    integer :: f, n, k
-    real(wp) :: v(3)
+    integer :: f, n
 
     n = size(surface%facets, 2)
     do f = 1, n
       associate (corners => surface%facets(:, f))
         at_facets(:, f) = sum(at_nodes(:, corners), 2)/3.0_wp
         at_facets(at_status, f) = maxval(nodes%status(corners))
-        v = 0.0_wp
-        do k = 1, 3
-          associate (lay => at_nodes(at_lay:at_lay + 2, corners(k)))
-            v = v + sign(1.0_wp, dot_product(v, lay))*lay
-          end associate
-        end do
-        at_facets(at_lay:at_lay + 2, f) = unit_vector(v)
+        at_facets(at_lay:at_lay + 2, f) = mean_lay(at_nodes(at_lay:at_lay + 2, corners))
       end associate
     end do
     at_facets(:, n + 1:) = at_nodes(:, surface%lone)
@@ -320,8 +326,7 @@ contains
     real(wp), intent(inout) :: at_nodes(:, :) !! (n_columns, nodes) fields
     real(wp), intent(inout) :: at_facets(:, :) !! (n_columns, facets) fields
     real(wp), allocatable :: lay(:, :)
-    real(wp) :: v(3)
-    integer :: i, k
+    integer :: i
 
     allocate (lay(3, size(x, 2)), source=0.0_wp)
     if (has_lay(pair)) call add_surface_lay(pair, x, lay)
@@ -329,13 +334,8 @@ contains
       at_nodes(at_lay:at_lay + 2, i) = unit_vector(lay(:, surface%nodes(i)))
     end do
     do i = 1, size(surface%facets, 2)
-      v = 0.0_wp
-      do k = 1, 3
-        associate (corner => at_nodes(at_lay:at_lay + 2, surface%facets(k, i)))
-          v = v + sign(1.0_wp, dot_product(v, corner))*corner
-        end associate
-      end do
-      at_facets(at_lay:at_lay + 2, i) = unit_vector(v)
+      at_facets(at_lay:at_lay + 2, i) = mean_lay(at_nodes(at_lay:at_lay + 2, &
+        surface%facets(:, i)))
     end do
   end subroutine take_master_lay
 end module contact_surfaces

@@ -1,6 +1,6 @@
 !> Attributes of the groups and data sets of an HDF5 file.
 module hdf5_attributes
-  use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5awrite_f, h5aread_f, &
+  use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5awrite_f, &
     h5aopen_f, h5aclose_f, h5aexists_f, h5screate_simple_f, h5screate_f, h5sclose_f, h5tclose_f, &
     h5s_scalar_f, h5t_native_integer, h5t_native_double, h5t_std_i64le, h5t_ieee_f64le
   use kinds, only: wp
@@ -8,7 +8,7 @@ module hdf5_attributes
   use hdf5_io, only: hdf5_file_t, raise_hdf5, string_type
   implicit none
   private
-  public :: write_attribute, read_attribute
+  public :: write_attribute
 
   !> Writes an attribute of a group or data set; integers are stored with 64 bits. An attribute that
   !! is there is overwritten.
@@ -59,10 +59,11 @@ contains
     character(*), intent(in) :: object !! group or data set
     character(*), intent(in) :: name !! name of the attribute
     character(*), intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: attribute, type_id
     integer :: s(5)
 
+    if (allocated(error)) return
     call string_type(len(value), type_id, s(1))
     call open_attribute(file, object, name, type_id, 0, attribute, s(2))
     call h5awrite_f(attribute, type_id, value, [1_hsize_t], s(3))
@@ -77,10 +78,11 @@ contains
     character(*), intent(in) :: object !! group or data set
     character(*), intent(in) :: name !! name of the attribute
     integer, intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: attribute
     integer :: s(3)
 
+    if (allocated(error)) return
     call open_attribute(file, object, name, h5t_std_i64le, 0, attribute, s(1))
     call h5awrite_f(attribute, h5t_native_integer, value, [1_hsize_t], s(2))
     call h5aclose_f(attribute, s(3))
@@ -93,10 +95,11 @@ contains
     character(*), intent(in) :: object !! group or data set
     character(*), intent(in) :: name !! name of the attribute
     integer, intent(in) :: values(:) !! its values, at least one
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: attribute
     integer :: s(3)
 
+    if (allocated(error)) return
     call open_attribute(file, object, name, h5t_std_i64le, size(values), attribute, s(1))
     call h5awrite_f(attribute, h5t_native_integer, values, [size(values, kind=hsize_t)], s(2))
     call h5aclose_f(attribute, s(3))
@@ -109,34 +112,14 @@ contains
     character(*), intent(in) :: object !! group or data set
     character(*), intent(in) :: name !! name of the attribute
     real(wp), intent(in) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: attribute
     integer :: s(3)
 
+    if (allocated(error)) return
     call open_attribute(file, object, name, h5t_ieee_f64le, 0, attribute, s(1))
     call h5awrite_f(attribute, h5t_native_double, value, [1_hsize_t], s(2))
     call h5aclose_f(attribute, s(3))
     if (any(s < 0)) call raise_hdf5(error, file, 'writing the attribute '//object//':'//name)
   end subroutine write_real_attribute
-
-  !> Reads an integer attribute.
-  subroutine read_attribute(file, object, name, value, error)
-    type(hdf5_file_t), intent(in) :: file !! open file
-    character(*), intent(in) :: object !! group or data set
-    character(*), intent(in) :: name !! name of the attribute
-    integer, intent(out) :: value !! its value
-    type(error_t), allocatable, intent(out) :: error !! no such attribute
-    integer(hid_t) :: owner, attribute
-    integer :: s(5)
-
-    value = 0
-    owner = -1_hid_t
-    attribute = -1_hid_t
-    call h5oopen_f(file%id, object, owner, s(1))
-    call h5aopen_f(owner, name, attribute, s(2))
-    call h5aread_f(attribute, h5t_native_integer, value, [1_hsize_t], s(3))
-    call h5aclose_f(attribute, s(4))
-    call h5oclose_f(owner, s(5))
-    if (any(s < 0)) call raise_hdf5(error, file, 'reading the attribute '//object//':'//name)
-  end subroutine read_attribute
 end module hdf5_attributes

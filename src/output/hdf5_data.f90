@@ -71,7 +71,7 @@ contains
     integer, intent(in) :: block !! entries of the last dimension that come in one go
     character(*), intent(in) :: unit !! unit of the numbers, '1' for none
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, intent(in), optional :: blocks !! in a chunk: 1 if it is not given
     integer(hid_t) :: type_id
 
@@ -99,7 +99,7 @@ contains
     character(*), intent(in) :: path !! name with its groups
     integer, intent(in) :: length !! length of the strings
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: type_id
     integer :: status, none(0)
 
@@ -107,7 +107,6 @@ contains
     call make_data_set(file, path, type_id, none, 1, error, max(1, min(chunk_least, &
       text_chunk/max(1, length))))
     call h5tclose_f(type_id, status)
-    if (allocated(error)) return
     call describe(file, path, '1', description, error)
   end subroutine make_text_series
 
@@ -117,10 +116,9 @@ contains
     character(*), intent(in) :: path !! data set
     character(*), intent(in) :: unit !! unit of the numbers
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_attribute(file, path, 'unit', unit, error)
-    if (allocated(error)) return
     call write_attribute(file, path, 'description', description, error)
   end subroutine describe
 
@@ -131,13 +129,14 @@ contains
     integer(hid_t), intent(in) :: type_id !! type in the file
     integer, intent(in) :: leading(:) !! dimensions before the last
     integer, intent(in) :: block !! entries of the last dimension that come in one go
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, intent(in), optional :: entries !! of the last dimension in a chunk
     integer, intent(in), optional :: blocks !! in a chunk
     integer(hsize_t) :: dims(max_rank), limits(max_rank), chunk(max_rank)
     integer(hid_t) :: space, creation, access, data_set
     integer :: s(12), rank, width, n
 
+    if (allocated(error)) return
     s = 0
     space = -1_hid_t
     creation = -1_hid_t
@@ -236,12 +235,12 @@ contains
     integer, intent(in) :: n_numbers !! how many
     integer, intent(in) :: first !! first entry, or at_end
     logical, intent(in) :: writes !! to the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: spaces(2)
     type(c_ptr) :: target_address
     integer :: s(4), place
 
-    if (n_numbers == 0) return
+    if (n_numbers == 0 .or. allocated(error)) return
     s = 0
     spaces = -1_hid_t
     target_address = address
@@ -292,7 +291,7 @@ contains
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .true., &
       error)
@@ -304,7 +303,7 @@ contains
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .true., &
       error)
@@ -316,7 +315,7 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .true., &
       error)
@@ -328,7 +327,7 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry, or at_end
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .true., &
       error)
@@ -340,7 +339,7 @@ contains
     character(*), intent(in) :: path !! data set
     character(*), intent(in), target, contiguous :: values(:) !! strings, as long as the data set's
     integer, intent(in) :: first !! first entry, or at_end
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: type_id
     integer :: status
 
@@ -356,7 +355,7 @@ contains
     character(*), intent(in) :: path !! data set
     real(wp), intent(out), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .false., &
       error)
@@ -368,7 +367,7 @@ contains
     character(*), intent(in) :: path !! data set
     real(wp), intent(out), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_double, c_loc(values), size(values), first, .false., &
       error)
@@ -380,7 +379,7 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(out), target, contiguous :: values(:) !! the numbers
     integer, intent(in) :: first !! first entry
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .false., &
       error)
@@ -392,7 +391,7 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(out), target, contiguous :: values(:, :) !! the numbers
     integer, intent(in) :: first !! first entry
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call move_block(file, path, h5t_native_integer, c_loc(values), size(values), first, .false., &
       error)

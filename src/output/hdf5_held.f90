@@ -11,7 +11,7 @@ module hdf5_held
   use hdf5_data, only: move_block, words_at, at_end
   implicit none
   private
-  public :: hold_block, write_held
+  public :: hold_block, hold_any, write_held
 
   !> Keeps a block of whole entries that belongs behind the last one.
   interface hold_block
@@ -28,7 +28,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:) !! the numbers
-    type(error_t), allocatable, intent(out) :: error !! no such data set
+    type(error_t), allocatable, intent(inout) :: error !! no such data set
 
     call hold_any(file, path, h5t_native_double, c_loc(values), size(values), error)
   end subroutine hold_reals
@@ -38,7 +38,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     real(wp), intent(in), target, contiguous :: values(:, :) !! the numbers
-    type(error_t), allocatable, intent(out) :: error !! no such data set
+    type(error_t), allocatable, intent(inout) :: error !! no such data set
 
     call hold_any(file, path, h5t_native_double, c_loc(values), size(values), error)
   end subroutine hold_real_columns
@@ -48,7 +48,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:) !! the numbers
-    type(error_t), allocatable, intent(out) :: error !! no such data set
+    type(error_t), allocatable, intent(inout) :: error !! no such data set
 
     call hold_any(file, path, h5t_native_integer, c_loc(values), size(values), error)
   end subroutine hold_integers
@@ -58,7 +58,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! data set
     integer, intent(in), target, contiguous :: values(:, :) !! the numbers
-    type(error_t), allocatable, intent(out) :: error !! no such data set
+    type(error_t), allocatable, intent(inout) :: error !! no such data set
 
     call hold_any(file, path, h5t_native_integer, c_loc(values), size(values), error)
   end subroutine hold_integer_columns
@@ -70,11 +70,11 @@ contains
     integer(hid_t), intent(in) :: type_id !! type in memory
     type(c_ptr), intent(in) :: address !! the numbers
     integer, intent(in) :: n_numbers !! how many
-    type(error_t), allocatable, intent(out) :: error !! no such data set
+    type(error_t), allocatable, intent(inout) :: error !! no such data set
     real(wp), pointer :: reals(:)
     integer :: place, i
 
-    if (n_numbers == 0) return
+    if (n_numbers == 0 .or. allocated(error)) return
     call find_data_set(file, path, place)
     if (place == 0) then
       call raise_hdf5(error, file, 'writing the data set '//path)
@@ -127,11 +127,12 @@ contains
   !> Writes all that waits in memory.
   subroutine write_held(file, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(int32), allocatable, target :: words(:)
     character(:), allocatable :: path
     integer :: i, n
 
+    if (allocated(error)) return
     do i = 1, file%n_open
       n = file%sets(i)%n_held
       if (n == 0) cycle

@@ -8,10 +8,10 @@
 module hdf5_index
   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_null_char
   use hdf5, only: hid_t, hsize_t, size_t, h5dget_space_f, h5dget_type_f, h5dset_extent_f, &
-    h5dwrite_f, h5screate_simple_f, h5sclose_f, h5sget_simple_extent_ndims_f, &
-    h5sget_simple_extent_dims_f, h5sselect_hyperslab_f, h5s_select_set_f, h5tclose_f, h5tget_size_f
+    h5dwrite_f, h5screate_simple_f, h5sclose_f, h5sselect_hyperslab_f, h5s_select_set_f, &
+    h5tclose_f, h5tget_size_f
   use errors, only: error_t
-  use hdf5_io, only: hdf5_file_t, raise_hdf5
+  use hdf5_io, only: hdf5_file_t, raise_hdf5, ask_extent, max_rank
   implicit none
   private
   public :: begin_indexes, node_chunks, chunk_entries, blocks_in_chunk, chunk_least
@@ -66,23 +66,19 @@ contains
   !> Gives each empty data set of a file its tree.
   subroutine begin_indexes(file, error)
     type(hdf5_file_t), intent(in) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer, parameter :: most_ranks = 8
-    integer(hsize_t) :: dims(most_ranks), limits(most_ranks)
-    integer(hid_t) :: space
-    integer :: i, s(4), rank
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
+    integer(hsize_t) :: dims(max_rank)
+    integer :: i, rank, status
 
-    s = 0
+    if (allocated(error)) return
     do i = 1, file%n_open
-      call h5dget_space_f(file%sets(i)%id, space, s(1))
-      call h5sget_simple_extent_ndims_f(space, rank, s(2))
-      if (s(2) >= 0) call h5sget_simple_extent_dims_f(space, dims, limits, s(3))
-      call h5sclose_f(space, s(4))
-      if (all(s >= 0)) then
+      call ask_extent(file%sets(i)%id, rank, dims)
+      status = min(0, rank - 1)
+      if (rank > 0) then
         if (all(dims(:rank - 1) > 0) .and. dims(rank) == 0) call begin_index(file%sets(i)%id, &
-          dims(:rank), s(4))
+          dims(:rank), status)
       end if
-      if (all(s >= 0)) cycle
+      if (status >= 0) cycle
       call raise_hdf5(error, file, 'beginning the data set '//file%sets(i)%path)
       return
     end do

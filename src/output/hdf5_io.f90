@@ -63,11 +63,12 @@ contains
   subroutine create_hdf5(file, path, error, chunks)
     type(hdf5_file_t), intent(out) :: file !! the file, open
     character(*), intent(in) :: path !! its name
-    type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
+    type(error_t), allocatable, intent(inout) :: error !! no permission, no such folder
     integer, intent(in), optional :: chunks !! that a node of a data set's tree has room for, even
     integer(hid_t) :: creation
     integer :: s(4), status
 
+    if (allocated(error)) return
     s = 0
     file%path = trim(path)
     creation = -1_hid_t
@@ -87,12 +88,11 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: path !! its name
     type(error_t), allocatable, intent(inout) :: error !! why it is not complete; file trouble
-    type(error_t), allocatable :: trouble
 
-    if (.not. allocated(error)) call flush_hdf5(file, error)
+    call flush_hdf5(file, error)
     if (.not. allocated(error)) call rename_file(file%path, path, error)
     if (allocated(error)) then
-      call close_hdf5(file, trouble)
+      call close_hdf5(file, error)
       call remove_file(path//unfinished)
     else
       file%path = path
@@ -128,9 +128,10 @@ contains
   !! file tells what is there: whoever writes on has to reserve room anew.
   subroutine flush_hdf5(file, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     integer :: status
 
+    if (allocated(error)) return
     file%flushes = file%flushes + 1
     call h5fflush_f(file%id, h5f_scope_global_f, status)
     if (status >= 0) return
@@ -144,13 +145,14 @@ contains
   subroutine reserve_room(file, bytes, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     integer(c_long), intent(in) :: bytes !! what the data sets will grow by at most
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     type(c_ptr) :: stream
     integer(hsize_t) :: length
     integer(c_int) :: refused, ignored
     integer(c_long) :: room
     integer :: status
 
+    if (allocated(error)) return
     room = bytes + file%ahead + overhead
     call h5fget_filesize_f(file%id, length, status)
     stream = c_fopen(file%path//c_null_char, 'r+'//c_null_char)
@@ -250,7 +252,8 @@ contains
   !> Closes the file; a file that is not open is left alone.
   subroutine close_hdf5(file, error)
     type(hdf5_file_t), intent(inout) :: file !! the file
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full; one that came before
+    !! stays
     integer(hsize_t) :: length
     integer :: s(3), i
 
@@ -345,10 +348,11 @@ contains
   subroutine make_group(file, path, error)
     type(hdf5_file_t), intent(in) :: file !! open file
     character(*), intent(in) :: path !! group; those above it are there
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(hid_t) :: group
     integer :: s(2)
 
+    if (allocated(error)) return
     group = -1_hid_t
     call h5gcreate_f(file%id, path, group, s(1))
     call h5gclose_f(group, s(2))
@@ -380,11 +384,12 @@ contains
 
   !> The error of an HDF5 call that failed.
   subroutine raise_hdf5(error, file, what)
-    type(error_t), allocatable, intent(out) :: error !! filled
+    type(error_t), allocatable, intent(inout) :: error !! filled, unless one came before
     type(hdf5_file_t), intent(in) :: file !! the file
     character(*), intent(in) :: what !! what was tried, as in 'closing'
 
-    call raise(error, exit_resources, 'error: '//what//' failed in the HDF5 file '//file%path// &
-      new_line('a')//'  Is the folder there, may you write to it, and is there room on the disk?')
+    if (.not. allocated(error)) call raise(error, exit_resources, 'error: '//what//' failed in '// &
+      'the HDF5 file '//file%path//new_line('a')//'  Is the folder there, may you write to it, '// &
+      'and is there room on the disk?')
   end subroutine raise_hdf5
 end module hdf5_io

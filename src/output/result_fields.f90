@@ -1,14 +1,15 @@
 !> How a field of a results file is declared: once, with what its data set, those who write and read
 !! it, and the tables of doc/manual.md take from there (doc/fields.py).
 module result_fields
+  use hdf5, only: hid_t, h5t_native_integer, h5t_native_double
   use errors, only: error_t
   use hdf5_io, only: hdf5_file_t, exists_in
-  use hdf5_data, only: make_series, series_shape
+  use hdf5_data, only: make_series, series_shape, stored_real
   implicit none
   private
-  public :: field_t, field_shape, create_field, entries_of, over_one, over_nodes, over_points, &
-    over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory, over_near, &
-    over_closed
+  public :: field_t, field_shape, native_type, create_field, entries_of, over_one, over_nodes, &
+    over_points, over_bodies, over_apex_slopes, over_node_slopes, over_contact_nodes, over_memory, &
+    over_near, over_closed
 
   !> What a field has values for: the end time as a whole, the nodes, the points of a pair, rigid
   !! bodies; with derivatives the points of all pairs and the nodes of their surfaces, parameter
@@ -50,6 +51,13 @@ contains
     if (field%over /= over_one) dims = [dims, counts(field%over)]
   end function field_shape
 
+  !> HDF5's type of its numbers in memory.
+  integer(hid_t) function native_type(field)
+    type(field_t), intent(in) :: field !! the field
+
+    native_type = merge(h5t_native_double, h5t_native_integer, field%stored == stored_real)
+  end function native_type
+
   !> Makes the empty data set.
   subroutine create_field(file, group, field, counts, blocks, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
@@ -57,7 +65,7 @@ contains
     type(field_t), intent(in) :: field !! the field
     integer, intent(in) :: counts(:) !! (7) how many of each there are
     integer, intent(in) :: blocks !! entries in a chunk
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     if (field%over >= over_near) then
       call make_series(file, group//trim(field%name), field%stored, pack([field%components], &

@@ -73,7 +73,7 @@ contains
     character(*), intent(in) :: path !! its name
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: end_times !! that will be written, foreseen
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: k, n
 
     allocate (contact%surfaces(2*size(model%pairs)))
@@ -89,8 +89,8 @@ contains
     contact%file%blocks = n
     call reserve_room(contact%file, bytes_of_frame(contact) + 64*size(contact%nodes, kind=int64), &
       error)
-    if (.not. allocated(error)) call write_beginning(contact, model, error)
-    if (.not. allocated(error)) call begin_indexes(contact%file, error)
+    call write_beginning(contact, model, error)
+    call begin_indexes(contact%file, error)
     call publish_hdf5(contact%file, path, error)
   end subroutine create_contact_file
 
@@ -98,16 +98,13 @@ contains
   subroutine write_beginning(contact, model, error)
     type(contact_file_t), intent(inout) :: contact !! the file, open
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: k
 
     call write_geometry(contact, model, error)
-    if (allocated(error)) return
     call write_sides(contact, model, error)
-    if (allocated(error)) return
     do k = 1, size(columns)
       call make_column(contact, columns(k), error)
-      if (allocated(error)) return
     end do
     call add_field(contact%grid, contact%file, on_points, 'displacement', &
       stored_single, 3, 'length', 'displacement', error)
@@ -153,7 +150,7 @@ contains
   subroutine write_geometry(contact, model, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: list(:), offsets(:), types(:)
     real(wp), allocatable :: x(:, :)
     integer :: i, f, n, cells
@@ -201,21 +198,18 @@ contains
   subroutine write_sides(contact, model, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: pair(:), side(:)
     integer :: k
 
     do k = 1, size(model%pairs)
       call write_attribute(contact%file, '/VTKHDF', 'pair_'//model%pairs(k)%name, &
         model%pairs(k)%number, error)
-      if (allocated(error)) return
     end do
     call add_constant(contact%grid, contact%file, on_points, 'node_number', contact%nodes, &
       'node number of the deck', error)
-    if (allocated(error)) return
     call spread_sides(contact%first_point, model, pair, side)
     call write_both(on_points)
-    if (allocated(error)) return
     call spread_sides(contact%first_cell, model, pair, side)
     call write_both(on_cells)
 
@@ -227,7 +221,6 @@ contains
 
       call add_constant(contact%grid, contact%file, group, 'pair', pair, &
         'number of the contact pair; names in attributes of /VTKHDF', error)
-      if (allocated(error)) return
       call add_constant(contact%grid, contact%file, group, 'side', side, '1 slave, 2 master', &
         error)
     end subroutine write_both
@@ -252,11 +245,11 @@ contains
   subroutine make_column(contact, column, error)
     type(contact_file_t), intent(inout) :: contact !! open file
     type(column_t), intent(in) :: column !! the field
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call add_field(contact%grid, contact%file, on_points, trim(column%name), stored_single, &
       column%components, trim(column%unit), trim(column%description), error)
-    if (allocated(error) .or. .not. is_on_facets(contact, column)) return
+    if (.not. is_on_facets(contact, column)) return
     call add_field(contact%grid, contact%file, on_cells, trim(column%name), stored_single, &
       column%components, trim(column%unit), trim(column%description), error)
   end subroutine make_column
@@ -267,20 +260,17 @@ contains
     type(model_t), intent(in) :: model !! the problem
     real(wp), intent(in) :: time !! its time [time]
     type(frame_t), intent(in) :: frame !! points and displacements
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: at_nodes(:, :), at_cells(:, :)
     integer :: k
 
     call find_fields(contact, model, frame, at_nodes, at_cells)
     call begin_frame(contact%grid, contact%file, time, error)
     do k = 1, size(columns)
-      if (allocated(error)) return
       call add_column(contact, columns(k), at_nodes, at_cells, error)
     end do
     at_nodes = frame%motion(:, contact%nodes)
-    if (.not. allocated(error)) call add_values(contact%file, on_points, 'displacement', at_nodes, &
-      error)
-    if (allocated(error)) return
+    call add_values(contact%file, on_points, 'displacement', at_nodes, error)
     if (are_frames_due(contact%grid, contact%file)) call write_waiting(contact, error)
   end subroutine append_contact_frame
 
@@ -288,14 +278,14 @@ contains
   !! there.
   subroutine write_waiting(contact, error)
     type(contact_file_t), intent(inout) :: contact !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call reserve_room(contact%file, bytes_of_frame(contact), error)
-    if (.not. allocated(error)) call write_frames(contact%grid, contact%file, error)
-    if (.not. allocated(error)) call flush_hdf5(contact%file, error)
-    if (.not. allocated(error)) call reserve_room(contact%file, bytes_of_frame(contact), error)
-    if (.not. allocated(error)) call count_frames(contact%grid, contact%file, error)
-    if (.not. allocated(error)) call flush_hdf5(contact%file, error)
+    call write_frames(contact%grid, contact%file, error)
+    call flush_hdf5(contact%file, error)
+    call reserve_room(contact%file, bytes_of_frame(contact), error)
+    call count_frames(contact%grid, contact%file, error)
+    call flush_hdf5(contact%file, error)
   end subroutine write_waiting
 
   !> The fields of all surfaces.
@@ -337,13 +327,11 @@ contains
     type(column_t), intent(in) :: column !! the field
     real(wp), intent(in) :: at_nodes(:, :) !! (n_columns, points)
     real(wp), intent(in) :: at_cells(:, :) !! (n_columns, cells)
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
-    call add_values(contact%file, on_points, trim(column%name), &
-      part_of(at_nodes, column), error)
-    if (allocated(error) .or. .not. is_on_facets(contact, column)) return
-    call add_values(contact%file, on_cells, trim(column%name), &
-      part_of(at_cells, column), error)
+    call add_values(contact%file, on_points, trim(column%name), part_of(at_nodes, column), error)
+    if (.not. is_on_facets(contact, column)) return
+    call add_values(contact%file, on_cells, trim(column%name), part_of(at_cells, column), error)
   end subroutine add_column
 
   !> The rows of one field.
@@ -358,12 +346,12 @@ contains
   !> Writes what waits and closes the file; a file that is not open is left alone.
   subroutine close_contact_file(contact, error)
     type(contact_file_t), intent(inout) :: contact !! the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble, unless some came before
     type(error_t), allocatable :: trouble
 
     if (contact%file%id < 0) return
-    if (contact%grid%frames > contact%grid%counted) call write_waiting(contact, error)
+    if (contact%grid%frames > contact%grid%counted) call write_waiting(contact, trouble)
     call close_hdf5(contact%file, trouble)
-    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
+    if (.not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_contact_file
 end module results_contact

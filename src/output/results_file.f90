@@ -56,7 +56,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: bodies !! its connected pieces
     type(origin_t), intent(in) :: origin !! what makes it
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call create_hdf5(results%file, path//unfinished, error, node_chunks(origin%end_times))
     if (allocated(error)) return
@@ -65,8 +65,8 @@ contains
       origin%end_times)
     results%bytes = bytes_of_fields(model)
     call reserve_room(results%file, 3*results%bytes + len(origin%deck, int64), error)
-    if (.not. allocated(error)) call write_beginning(results, model, bodies, origin, error)
-    if (.not. allocated(error)) call begin_indexes(results%file, error)
+    call write_beginning(results, model, bodies, origin, error)
+    call begin_indexes(results%file, error)
     call publish_hdf5(results%file, path, error)
   end subroutine create_results
 
@@ -76,28 +76,19 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: bodies !! its connected pieces
     type(origin_t), intent(in) :: origin !! what makes it
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_run(results%file, model, origin, error)
-    if (allocated(error)) return
     call write_scene(results%file, model, error)
-    if (allocated(error)) return
     call create_vtk_part(results%vtk, results%file, model%mesh, model%output, error)
-    if (allocated(error)) return
     call create_history_part(results%file, error)
-    if (.not. allocated(error) .and. count_rigid(model) > 0) call create_rigid_part( &
-      results%file, error)
-    if (.not. allocated(error) .and. origin%derivatives) call create_derivatives_part( &
-      results%file, error)
-    if (.not. allocated(error) .and. origin%varied > 0) call create_study_part(results%file, &
-      origin, size(model%output%reactions), error)
-    if (allocated(error)) return
+    if (count_rigid(model) > 0) call create_rigid_part(results%file, error)
+    if (origin%derivatives) call create_derivatives_part(results%file, error)
+    if (origin%varied > 0) call create_study_part(results%file, origin, &
+      size(model%output%reactions), error)
     call create_audit_part(results%file, bodies, error)
-    if (allocated(error)) return
     if (model%output%contact) call create_contact_part(results%file, model, error)
-    if (allocated(error)) return
     if (model%output%state /= state_none) call create_state_part(results%file, model, error)
-    if (allocated(error)) return
     call write_costs(results%file, cost_t(), error)
   end subroutine write_beginning
 
@@ -133,12 +124,15 @@ contains
     type(audit_t), intent(in) :: audit !! the audit of the end time
     type(frame_t), intent(in), optional :: frame !! fields; those that are wanted are allocated
     type(saved_state_t), intent(in), optional :: state !! state for a restart
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer(int64) :: bytes
     logical :: with_frames, with_state
 
-    if (present(frame)) call append_frame(results, model, row%step, row%time, frame, error)
-    if (allocated(error)) return
+    if (present(frame)) then
+      call append_vtk_frame(results%vtk, results%file, row%time, frame, error)
+      if (model%output%contact) call append_contact(results%file, model, row%step, row%time, &
+        frame%began, frame%pairs, error)
+    end if
     with_state = present(state) .and. model%output%state /= state_none
     with_frames = are_frames_due(results%vtk%grid, results%file)
     bytes = bytes_of_rows
@@ -146,27 +140,22 @@ contains
     if (allocated(row%derivatives)) bytes = bytes + bytes_of_derivative*size( &
       row%derivatives%kinks, kind=int64)
     call reserve_room(results%file, bytes, error)
-    if (.not. allocated(error)) call append_history(results%file, model, row, error)
-    if (.not. allocated(error) .and. allocated(row%rigid)) call append_rigid(results%file, model, &
-      row, error)
-    if (.not. allocated(error) .and. allocated(row%derivatives)) call append_derivatives( &
-      results%file, row%step, row%time, row%derivatives, error)
-    if (.not. allocated(error)) call append_audit(results%file, audit, error)
-    if (allocated(error)) return
+    call append_history(results%file, model, row, error)
+    if (allocated(row%rigid)) call append_rigid(results%file, model, row, error)
+    if (allocated(row%derivatives)) call append_derivatives(results%file, row%step, row%time, &
+      row%derivatives, error)
+    call append_audit(results%file, audit, error)
     if (with_state) call write_state(results%file, model, results%states, state, error)
-    if (allocated(error)) return
     if (with_frames) call write_frames(results%vtk%grid, results%file, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    call flush_hdf5(results%file, error)
     if (allocated(error) .or. .not. (with_frames .or. with_state)) return
     call reserve_room(results%file, bytes, error)
-    if (allocated(error)) return
     if (with_state) then
       call complete_state(results%file, model, results%states, row%step, error)
-      if (allocated(error)) return
       results%states = results%states + 1
     end if
     if (with_frames) call count_frames(results%vtk%grid, results%file, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    call flush_hdf5(results%file, error)
   end subroutine append_results
 
   !> Adds the bodies at one time without an end time of a run, to be looked at.
@@ -174,64 +163,52 @@ contains
     type(results_t), intent(inout) :: results !! open file
     real(wp), intent(in) :: time !! time [time]
     type(frame_t), intent(in) :: frame !! fields; those that are wanted are allocated
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call append_vtk_frame(results%vtk, results%file, time, frame, error)
   end subroutine append_picture
-
-  !> Adds the fields of one end time.
-  subroutine append_frame(results, model, step, time, frame, error)
-    type(results_t), intent(inout) :: results !! open file
-    type(model_t), intent(in) :: model !! the problem
-    integer, intent(in) :: step !! number of the end time
-    real(wp), intent(in) :: time !! its time [time]
-    type(frame_t), intent(in) :: frame !! the fields
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call append_vtk_frame(results%vtk, results%file, time, frame, error)
-    if (allocated(error) .or. .not. model%output%contact) return
-    call append_contact(results%file, model, step, time, frame%began, frame%pairs, error)
-  end subroutine append_frame
 
   !> Writes what a study varies, before its first variant.
   subroutine begin_variants(results, parameters, sets, error)
     type(results_t), intent(inout) :: results !! open file
     character(name_length), intent(in) :: parameters(:) !! what is varied
     character(name_length), intent(in) :: sets(:) !! sets of the reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call reserve_room(results%file, bytes_of_rows, error)
-    if (.not. allocated(error)) call begin_study_part(results%file, parameters, sets, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    call begin_study_part(results%file, parameters, sets, error)
+    call flush_hdf5(results%file, error)
   end subroutine begin_variants
 
   !> Writes what one variant has come to, and hands it to the system.
   subroutine append_variant_row(results, row, error)
     type(results_t), intent(inout) :: results !! open file
     type(variant_row_t), intent(in) :: row !! the variant
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call reserve_room(results%file, bytes_of_rows + 8*size(row%reactions, kind=int64), error)
-    if (.not. allocated(error)) call append_variant(results%file, row, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    call append_variant(results%file, row, error)
+    call flush_hdf5(results%file, error)
   end subroutine append_variant_row
 
   !> Writes what waits and the cost table, and closes the file; one that is not open is left alone.
   subroutine close_results(results, costs, error)
     type(results_t), intent(inout) :: results !! the file
     type(cost_t), intent(in) :: costs !! what the run cost
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble, unless some came before
     type(error_t), allocatable :: trouble
 
     if (results%file%id < 0) return
-    call reserve_room(results%file, bytes_of_rows + results%bytes, error)
-    if (.not. allocated(error)) call write_frames(results%vtk%grid, results%file, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
-    if (.not. allocated(error)) call count_frames(results%vtk%grid, results%file, error)
-    if (.not. allocated(error)) call renew_costs(results%file, costs, error)
-    if (.not. allocated(error)) call flush_hdf5(results%file, error)
+    call reserve_room(results%file, bytes_of_rows + results%bytes, trouble)
+    call write_frames(results%vtk%grid, results%file, trouble)
+    call flush_hdf5(results%file, trouble)
+    call count_frames(results%vtk%grid, results%file, trouble)
+    ! written over: closing a file must not change what tells where its data are
+    call write_block(results%file, '/run/cost_counts', int(costs%count), 1, trouble)
+    call write_block(results%file, '/run/cost_seconds', costs%seconds, 1, trouble)
+    call flush_hdf5(results%file, trouble)
     call close_hdf5(results%file, trouble)
-    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
+    if (.not. allocated(error)) call move_alloc(trouble, error)
   end subroutine close_results
 
   !> Writes /run: what made this file.
@@ -239,7 +216,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
     type(origin_t), intent(in) :: origin !! what makes it
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: regions
     integer :: i
 
@@ -248,64 +225,47 @@ contains
       regions = regions//model%mesh%regions(i)%name//new_line('a')
     end do
     call make_group(file, '/run', error)
-    if (allocated(error)) return
     call write_text(file, '/run/title', model%title, 'title of the deck', error)
-    if (allocated(error)) return
     call write_text(file, '/run/deck', origin%deck, 'the deck as read', error)
-    if (allocated(error)) return
     call write_text(file, '/run/version', origin%program, 'version of the program', error)
-    if (allocated(error)) return
     call write_text(file, '/run/settings', origin%settings, 'command line and settings', error)
-    if (allocated(error)) return
     call write_text(file, '/run/regions', regions, 'names of the regions, one a line', error)
-    if (allocated(error)) return
     call write_sets(file, model, error)
-    if (.not. allocated(error)) call write_surfaces(file, model, error)
+    call write_surfaces(file, model, error)
   end subroutine write_run
 
   !> Writes /run/sets: the nodes of each set, so that postprocessing can use the deck's names.
   subroutine write_sets(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call make_group(file, '/run/sets', error)
     do i = 1, size(model%mesh%sets)
-      if (allocated(error)) return
-      call write_set(file, '/run/sets/'//model%mesh%sets(i)%name, model%mesh%sets(i)%nodes, error)
+      associate (path => '/run/sets/'//model%mesh%sets(i)%name, nodes => model%mesh%sets(i)%nodes)
+        call make_series(file, path, stored_integer, [integer ::], size(nodes), '1', &
+          'node numbers of the set', error)
+        call write_block(file, path, nodes, at_end, error)
+      end associate
     end do
   end subroutine write_sets
-
-  !> Writes the nodes of one set.
-  subroutine write_set(file, path, nodes, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    character(*), intent(in) :: path !! data set
-    integer, intent(in), contiguous :: nodes(:) !! node numbers
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call make_series(file, path, stored_integer, [integer ::], size(nodes), '1', &
-      'node numbers of the set', error)
-    if (allocated(error)) return
-    call write_block(file, path, nodes, at_end, error)
-  end subroutine write_set
 
   !> Writes /run/surfaces: the facets of each surface of the deck, for what makes meshes anew.
   subroutine write_surfaces(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call make_group(file, '/run/surfaces', error)
     do i = 1, size(model%mesh%surfaces)
-      if (allocated(error)) return
       associate (name => '/run/surfaces/'//model%mesh%surfaces(i)%name, &
         facets => model%mesh%surfaces(i)%facets)
         if (size(facets, 2) == 0) cycle
         call make_series(file, name, stored_integer, [3], size(facets, 2), '1', &
           'corner nodes of the facets, counter-clockwise seen from outside', error)
-        if (.not. allocated(error)) call write_block(file, name, facets, at_end, error)
+        call write_block(file, name, facets, at_end, error)
       end associate
     end do
   end subroutine write_surfaces
@@ -316,44 +276,28 @@ contains
     character(*), intent(in) :: path !! data set
     character(*), intent(in) :: value !! the text
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(max(1, len(value))), allocatable :: one(:)
 
     allocate (one(1))
     one(1) = value
     call make_text_series(file, path, len(one), description, error)
-    if (allocated(error)) return
     call write_block(file, path, one, at_end, error)
   end subroutine write_text
-
-  !> Overwrites the cost table: closing a file must not change what tells where its data are.
-  subroutine renew_costs(file, costs, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(cost_t), intent(in) :: costs !! what the run cost
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call write_block(file, '/run/cost_counts', int(costs%count), 1, error)
-    if (.not. allocated(error)) call write_block(file, '/run/cost_seconds', costs%seconds, 1, error)
-  end subroutine renew_costs
 
   !> Makes the cost table.
   subroutine write_costs(file, costs, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(cost_t), intent(in) :: costs !! what the run cost
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_text_series(file, '/run/cost_names', len(cost_names), 'kinds of work', error)
-    if (allocated(error)) return
     call write_block(file, '/run/cost_names', cost_names, at_end, error)
-    if (allocated(error)) return
     call make_series(file, '/run/cost_counts', stored_long, [integer ::], n_costs, '1', &
       'how often each was done', error)
-    if (allocated(error)) return
     call write_block(file, '/run/cost_counts', int(costs%count), at_end, error)
-    if (allocated(error)) return
     call make_series(file, '/run/cost_seconds', stored_real, [integer ::], n_costs, 's', &
       'wall-clock time of each', error)
-    if (allocated(error)) return
     call write_block(file, '/run/cost_seconds', costs%seconds, at_end, error)
   end subroutine write_costs
 end module results_file

@@ -29,13 +29,11 @@ contains
   subroutine write_scene(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: m
 
     call make_group(file, '/scene', error)
-    if (allocated(error)) return
     call write_attribute(file, '/scene', 'version', scene_version, error)
-    if (allocated(error)) return
     associate (materials => model%materials)
       call write_rows(file, scene_root//'materials', reshape([([real(materials(m)%number, wp), &
         real(materials(m)%law, wp), merge(1.0_wp, merge(2.0_wp, 0.0_wp, materials(m)%nodal), &
@@ -44,18 +42,18 @@ contains
         'number, law (1 linear, 2 neo-Hooke, 3 Saint-Venant-Kirchhoff), volumetric part (0 '// &
         'everywhere, 1 MEAN, 2 NODAl), E, nu, 1 if rigid', error)
     end associate
-    if (.not. allocated(error)) call write_supports(file, model, error)
-    if (.not. allocated(error)) call write_tables(file, model, error)
-    if (.not. allocated(error)) call write_loads(file, model, error)
-    if (.not. allocated(error)) call write_pressures(file, model, error)
-    if (.not. allocated(error)) call write_rigid(file, model, error)
+    call write_supports(file, model, error)
+    call write_tables(file, model, error)
+    call write_loads(file, model, error)
+    call write_pressures(file, model, error)
+    call write_rigid(file, model, error)
   end subroutine write_scene
 
   !> Writes which degrees of freedom are prescribed, held, or on springs.
   subroutine write_supports(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: bits(model%mesh%nodes)
 
     bits = matmul([1, 2, 4], merge(1, 0, model%conditions%restrained))
@@ -64,18 +62,16 @@ contains
       max(1, size(bits)), &
       '1', '1, 2, 4 added up: prescribed directions of each node number from 1; 8: of a region '// &
       'that is held', error)
-    if (allocated(error)) return
     call write_block(file, scene_root//'supports', bits, at_end, error)
-    if (allocated(error) .or. .not. allocated(model%conditions%spring)) return
-    call write_rows(file, scene_root//'springs', model%conditions%spring, &
-      'stiffness to ground of each node number from 1', error)
+    if (allocated(model%conditions%spring)) call write_rows(file, scene_root//'springs', &
+      model%conditions%spring, 'stiffness to ground of each node number from 1', error)
   end subroutine write_supports
 
   !> Writes the tables of proportional loads, a corner or a constant a row.
   subroutine write_tables(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: rows(:, :)
     integer :: k, i, n
 
@@ -100,7 +96,7 @@ contains
   subroutine write_loads(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: displacements(:, :), forces(:, :)
     integer :: k
 
@@ -110,7 +106,6 @@ contains
         real(loads(k)%form, wp), loads(k)%angle], k=1, size(loads))], [3, size(loads)]), &
         'number of the table (0: the sum of all), form (1 its factor, 2 sine, 3 1 - cosine of '// &
         'the angle times it), angle', error)
-      if (allocated(error)) return
       do k = 1, size(loads)
         displacements = reshape([displacements, values_of(k, loads(k)%displacement)], &
           [4, size(displacements, 2) + loads(k)%displacement%n])
@@ -120,7 +115,7 @@ contains
     end associate
     call write_rows(file, scene_root//'displacements', displacements, &
       'load (row of loads), node, direction, displacement at factor 1', error)
-    if (.not. allocated(error)) call write_rows(file, scene_root//'forces', forces, &
+    call write_rows(file, scene_root//'forces', forces, &
       'load (row of loads), node, direction, force at factor 1', error)
   end subroutine write_loads
 
@@ -141,7 +136,7 @@ contains
   subroutine write_pressures(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: rows(:, :)
     integer :: k, f, n
 
@@ -168,7 +163,7 @@ contains
   subroutine write_rigid(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: rows(:, :)
     integer :: body(model%mesh%nodes), k, i
 
@@ -187,14 +182,12 @@ contains
         merge(1.0_wp, 0.0_wp, rigid(k)%free)], k=1, size(rigid))], [9, size(rigid)]), &
         'point at rest (3), 1 for each translation and rotation of it that is free (6)', error)
     end associate
-    if (.not. allocated(error)) call write_rows(file, scene_root//'rigid_loads', rows, &
+    call write_rows(file, scene_root//'rigid_loads', rows, &
       'rigid body, number of the table, force and moment at factor 1 (6)', error)
-    if (allocated(error)) return
     call make_series(file, scene_root//'rigid_body', stored_integer, [integer ::], size(body), &
       '1', &
       'rigid body of each node number from 1, 0 for none', error)
-    if (.not. allocated(error)) call write_block(file, scene_root//'rigid_body', body, at_end, &
-      error)
+    call write_block(file, scene_root//'rigid_body', body, at_end, error)
   end subroutine write_rigid
 
   !> Writes the law of a pair into its group; makes room for the patches of smooth surfaces.
@@ -202,7 +195,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     character(*), intent(in) :: group !! its group
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: law(:)
 
     allocate (law, source=law_of(pair))
@@ -213,20 +206,19 @@ contains
       'axis (3), point of the axis (3), ANGLe in degrees, 1 MATErial, tolerance of AUGMent, '// &
       'kind of penalty (1 value, 2 AREA, 3 AUTO factor, 4 AUTO), its value, penalty over area '// &
       'if SEGMent, DECAy (3), CAP', error)
-    if (.not. (allocated(error) .or. pair%segmented)) call write_rows(file, group//'/epsilon', &
+    if (.not. pair%segmented) call write_rows(file, group//'/epsilon', &
       reshape(pair%points%epsilon, [1, size(pair%points%epsilon)]), 'penalty of each point', error)
-    if (allocated(pair%surface%facet_axis) .and. .not. allocated(error)) call write_rows(file, &
-      group//'/facet_axis', pair%surface%facet_axis, 'vector of FIELd of each facet', error)
-    if (.not. allocated(error) .and. pair%smooth) call make_series(file, group//'/patch', &
-      stored_real, [n_patch_values], min(count_points(pair), size(pair%surface%facets, 2)), &
-      'length', 'of the facets in host at an output time, in their order, along a1, a2, e: '// &
+    if (allocated(pair%surface%facet_axis)) call write_rows(file, group//'/facet_axis', &
+      pair%surface%facet_axis, 'vector of FIELd of each facet', error)
+    if (pair%smooth) call make_series(file, group//'/patch', stored_real, [n_patch_values], &
+      min(count_points(pair), size(pair%surface%facets, 2)), 'length', &
+      'of the facets in host at an output time, in their order, along a1, a2, e: '// &
       'curvatures of the edges facing corners 1, 2, 3, normals at these', error)
-    if (.not. allocated(error) .and. (pair%segmented .or. pair%mortar)) call write_nodes(file, &
-      group//'/slave_facets', pair%points%slave_facets, &
-      'corner nodes of the slave facets that cells are cut on', error)
-    if (.not. allocated(error) .and. pair%mortar) call write_carriers(file, pair, group, error)
-    if (allocated(error) .or. .not. allocated(pair%surface%middles)) return
-    call write_nodes(file, group//'/middles', pair%surface%middles, &
+    if (pair%segmented .or. pair%mortar) call write_nodes(file, group//'/slave_facets', &
+      pair%points%slave_facets, 'corner nodes of the slave facets that cells are cut on', error)
+    if (pair%mortar) call write_carriers(file, pair, group, error)
+    if (allocated(pair%surface%middles)) call write_nodes(file, group//'/middles', &
+      pair%surface%middles, &
       'nodes on the edges 12, 23, 31, or what the corners are round about; 0 for none', error)
   end subroutine write_pair_scene
 
@@ -235,7 +227,7 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! a pair with multipliers
     character(*), intent(in) :: group !! its group
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: held(:)
     integer :: i
 
@@ -252,11 +244,11 @@ contains
     character(*), intent(in) :: path !! data set
     integer, intent(in) :: nodes(:, :) !! (nodes of a facet, facets)
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_series(file, path, stored_integer, [size(nodes, 1)], size(nodes, 2), '1', &
       description, error)
-    if (.not. allocated(error)) call write_block(file, path, nodes, at_end, error)
+    call write_block(file, path, nodes, at_end, error)
   end subroutine write_nodes
 
   !> The law of a pair as one row.
@@ -283,11 +275,11 @@ contains
     character(*), intent(in) :: path !! data set
     real(wp), intent(in) :: rows(:, :) !! (columns, rows)
     character(*), intent(in) :: description !! meaning of the columns
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     if (size(rows) == 0) return
     call make_series(file, path, stored_real, [size(rows, 1)], size(rows, 2), '1', description, &
       error)
-    if (.not. allocated(error)) call write_block(file, path, rows, at_end, error)
+    call write_block(file, path, rows, at_end, error)
   end subroutine write_rows
 end module results_scene

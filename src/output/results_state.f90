@@ -3,7 +3,7 @@
 !!
 !! Of `STATe LAST n` there are n + 1 places, written in turn: while one is written, n states count.
 module results_state
-  use, intrinsic :: iso_c_binding, only: c_associated, c_f_pointer, c_ptr
+  use, intrinsic :: iso_c_binding, only: c_associated, c_loc, c_ptr
   use, intrinsic :: iso_fortran_env, only: int64
   use kinds, only: wp
   use errors, only: error_t
@@ -15,12 +15,12 @@ module results_state
   use bulk_memory, only: memory_shape
   use model_types, only: model_t, state_last
   use result_types, only: saved_state_t, pair_history_t
-  use hdf5_io, only: hdf5_file_t, create_hdf5, close_hdf5, make_group
+  use hdf5_io, only: hdf5_file_t, unfinished, create_hdf5, close_hdf5, make_group
   use hdf5_index, only: blocks_in_chunk
   use hdf5_attributes, only: write_attribute
-  use hdf5_data, only: make_series, write_block, at_end, stored_real, stored_integer
+  use hdf5_data, only: make_series, write_block, move_block, at_end, stored_real, stored_integer
   use checksums, only: block_sum
-  use result_fields, only: field_t, field_shape, create_field, entries_of
+  use result_fields, only: field_t, field_shape, native_type, create_field, entries_of
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, in_use, is_kept, address_of, &
     real_component, integer_component
   use text_files, only: rename_file
@@ -38,22 +38,18 @@ contains
   subroutine create_state_part(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i, blocks
 
     blocks = blocks_in_chunk(max(1, 3*model%mesh%nodes), states_of(model, file%end_times))
     call make_group(file, '/state', error)
-    if (allocated(error)) return
     do i = 1, size(fields_of_state)
       if (.not. in_use(fields_of_state(i), model)) cycle
       call create_field(file, state_root, fields_of_state(i), counts_of(model), blocks, error)
-      if (allocated(error)) return
     end do
     call write_mesh(file, model, error)
-    if (allocated(error)) return
     call make_group(file, state_root//'contact', error)
     do i = 1, size(model%pairs)
-      if (allocated(error)) return
       call create_pair(file, model%pairs(i), blocks, error)
     end do
   end subroutine create_state_part
@@ -72,23 +68,18 @@ contains
   subroutine write_mesh(file, model, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call make_series(file, state_root//'coordinates', stored_real, [3], max(1, model%mesh%nodes), &
       'length', 'reference position of all node numbers from 1', error)
-    if (allocated(error)) return
     call write_block(file, state_root//'coordinates', defined_coordinates(model%mesh), at_end, &
       error)
-    if (allocated(error)) return
     call make_series(file, state_root//'elements', stored_integer, [size(model%mesh%ix, 1)], &
       max(1, size(model%mesh%ix, 2)), '1', 'nodes of all element numbers from 1', error)
-    if (allocated(error)) return
     call write_block(file, state_root//'elements', model%mesh%ix, at_end, error)
-    if (allocated(error)) return
     call make_series(file, state_root//'pairs', stored_integer, [integer ::], &
       max(1, size(model%pairs)), '1', 'numbers of the contact pairs', error)
-    if (allocated(error)) return
     call write_block(file, state_root//'pairs', [(model%pairs(i)%number, i=1, size(model%pairs))], &
       at_end, error)
   end subroutine write_mesh
@@ -110,28 +101,23 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(pair_t), intent(in) :: pair !! the pair
     integer, intent(in) :: blocks !! states in a chunk
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: group
     integer :: i
 
     group = pair_group(pair%number)
     call make_group(file, group, error)
-    if (allocated(error)) return
     do i = 1, size(fields_of_pair)
       if (.not. in_use(fields_of_pair(i), pair)) cycle
       call create_field(file, group//'/', fields_of_pair(i), [0, count_points(pair)], &
         blocks, error)
-      if (allocated(error)) return
     end do
     call make_series(file, group//'/nodes', stored_integer, [integer ::], &
       max(1, size(slave_nodes(pair))), '1', 'nodes of the points, or of the slave facets', error)
-    if (allocated(error)) return
     call write_block(file, group//'/nodes', slave_nodes(pair), at_end, error)
-    if (allocated(error)) return
     call make_series(file, group//'/facets', stored_integer, [3], max(1, &
       size(pair%surface%facets, 2)), &
       '1', 'nodes of the master facets', error)
-    if (allocated(error)) return
     call write_block(file, group//'/facets', pair%surface%facets, at_end, error)
   end subroutine create_pair
 
@@ -154,12 +140,12 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: written !! states written before this one
     type(saved_state_t), intent(in) :: state !! the state
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: slot
 
     slot = slot_of(model, written)
     if (slot > written) call write_block(file, state_root//'step', [0], slot, error)
-    if (.not. allocated(error)) call write_slot(file, model, slot, state, error)
+    call write_slot(file, model, slot, state, error)
   end subroutine write_state
 
   !> Makes a state count, and the one whose place is the next to be written not count any more.
@@ -168,7 +154,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: written !! states written before this one
     integer, intent(in) :: step !! number of its end time
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     integer :: next
 
@@ -203,18 +189,16 @@ contains
     type(model_t), intent(in) :: model !! the problem
     integer, intent(in) :: slot !! its place
     type(saved_state_t), intent(in), target :: state !! the state
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     file%sum = state_mark(state%step)
     do i = 1, size(fields_of_state)
       if (is_mark(fields_of_state(i)) .or. .not. in_use(fields_of_state(i), model)) cycle
       call write_field(file, fields_of_state(i), counts_of(model), state, slot, error)
-      if (allocated(error)) return
     end do
     do i = 1, size(model%pairs)
       call write_pair(file, model%pairs(i), state%pairs(i), slot, error)
-      if (allocated(error)) return
     end do
     call write_block(file, state_root//'checksum', transfer(file%sum, [0, 0]), slot, error)
   end subroutine write_slot
@@ -227,10 +211,9 @@ contains
     integer, intent(in) :: counts(:) !! what it may have values for
     type(saved_state_t), intent(in), target :: state !! the state
     integer, intent(in) :: slot !! place of the state in the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(c_ptr) :: address
-    real(wp), pointer, contiguous :: reals(:)
-    integer, pointer, contiguous :: integers(:)
+    integer, allocatable, target :: zeros(:)
     integer, allocatable :: dims(:)
 
     if (.not. is_kept(field, state)) then
@@ -239,32 +222,12 @@ contains
     dims = field_shape(field, counts)
     address = address_of(state, field%name, dims, .false.)
     if (.not. c_associated(address)) then
-      call write_zeros(file, field, product(dims), slot, error)
-    else if (field%stored == stored_real) then
-      call c_f_pointer(address, reals, [product(dims)])
-      call write_block(file, state_root//trim(field%name), reals, slot, error)
-    else
-      call c_f_pointer(address, integers, [product(dims)])
-      call write_block(file, state_root//trim(field%name), integers, slot, error)
+      allocate (zeros(2*product(dims)), source=0) ! words enough for reals
+      address = c_loc(zeros)
     end if
+    call move_block(file, state_root//trim(field%name), native_type(field), address, &
+      product(dims), slot, .true., error)
   end subroutine write_field
-
-  !> Writes zeros in place of a field.
-  subroutine write_zeros(file, field, n, slot, error)
-    type(hdf5_file_t), intent(inout) :: file !! open file
-    type(field_t), intent(in) :: field !! the field
-    integer, intent(in) :: n !! numbers in its entry
-    integer, intent(in) :: slot !! place of the state in the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    integer, allocatable :: zeros(:)
-
-    allocate (zeros(n), source=0)
-    if (field%stored == stored_real) then
-      call write_block(file, state_root//trim(field%name), real(zeros, wp), slot, error)
-    else
-      call write_block(file, state_root//trim(field%name), zeros, slot, error)
-    end if
-  end subroutine write_zeros
 
   !> What the sum over a state begins with: another number for each step.
   pure integer(int64) function state_mark(step) result(mark)
@@ -279,19 +242,16 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(saved_state_t), intent(in) :: state !! the state
     character(*), intent(in) :: version !! version of the program
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    type(error_t), allocatable :: trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(hdf5_file_t) :: file
 
-    call create_hdf5(file, path//'.new', error)
-    if (allocated(error)) return
+    call create_hdf5(file, path//unfinished, error)
     call create_state_part(file, model, error)
-    if (.not. allocated(error)) call write_attribute(file, '/state', 'version', version, error)
-    if (.not. allocated(error)) call write_slot(file, model, 1, state, error)
-    if (.not. allocated(error)) call complete_state(file, model, 0, state%step, error)
-    call close_hdf5(file, trouble)
-    if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)
-    if (.not. allocated(error)) call rename_file(path//'.new', path, error)
+    call write_attribute(file, '/state', 'version', version, error)
+    call write_slot(file, model, 1, state, error)
+    call complete_state(file, model, 0, state%step, error)
+    call close_hdf5(file, error)
+    if (.not. allocated(error)) call rename_file(path//unfinished, path, error)
   end subroutine save_state
 
   !> Writes the contact history of one pair.
@@ -300,7 +260,7 @@ contains
     type(pair_t), intent(in) :: pair !! the pair
     type(pair_history_t), intent(in), target :: history !! its history
     integer, intent(in) :: slot !! place of the state in the file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: values(:, :)
     real(wp), pointer :: component(:)
     integer, pointer :: number(:)
@@ -323,7 +283,6 @@ contains
           number => integer_component(history, field%name)
           call write_block(file, path, number, slot, error)
         end if
-        if (allocated(error)) return
       end associate
     end do
   end subroutine write_pair

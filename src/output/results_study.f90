@@ -21,22 +21,21 @@ contains
   !> Makes the empty columns of the table of derivatives.
   subroutine create_derivatives_part(file, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call make_group(file, '/history/sen', error)
-    if (.not. allocated(error)) call make_series(file, derivatives//'step', stored_integer, &
-      [integer ::], 1, '1', 'number of the output time', error)
-    if (.not. allocated(error)) call make_series(file, derivatives//'time', stored_real, &
-      [integer ::], 1, 'time', 'its time', error)
-    if (.not. allocated(error)) call make_text_series(file, derivatives//'quantity', &
-      parameter_length, 'name of the set or pair', error)
-    if (.not. allocated(error)) call make_text_series(file, derivatives//'parameter', &
-      parameter_length, 'name of the parameter', error)
-    if (.not. allocated(error)) call make_series(file, derivatives//'kinks', stored_integer, &
-      [integer ::], 1, '1', 'contact points between two states', error)
+    call make_series(file, derivatives//'step', stored_integer, [integer ::], 1, '1', &
+      'number of the output time', error)
+    call make_series(file, derivatives//'time', stored_real, [integer ::], 1, 'time', 'its time', &
+      error)
+    call make_text_series(file, derivatives//'quantity', parameter_length, &
+      'name of the set or pair', error)
+    call make_text_series(file, derivatives//'parameter', parameter_length, &
+      'name of the parameter', error)
+    call make_series(file, derivatives//'kinks', stored_integer, [integer ::], 1, '1', &
+      'contact points between two states', error)
     do i = 1, size(derivative_columns)
-      if (allocated(error)) return
       call make_series(file, derivatives//trim(derivative_columns(i)%name), stored_real, &
         [integer ::], 1, trim(derivative_columns(i)%unit), 'as in the .sen table', error)
     end do
@@ -48,21 +47,16 @@ contains
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time
     type(derivative_rows_t), intent(in) :: rows !! the derivatives
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i, n
 
     n = size(rows%kinks)
     call write_block(file, derivatives//'step', spread(step, 1, n), at_end, error)
-    if (.not. allocated(error)) call write_block(file, derivatives//'time', spread(time, 1, n), &
-      at_end, error)
-    if (.not. allocated(error)) call write_block(file, derivatives//'quantity', rows%quantity, &
-      at_end, error)
-    if (.not. allocated(error)) call write_block(file, derivatives//'parameter', rows%parameter, &
-      at_end, error)
-    if (.not. allocated(error)) call write_block(file, derivatives//'kinks', rows%kinks, at_end, &
-      error)
+    call write_block(file, derivatives//'time', spread(time, 1, n), at_end, error)
+    call write_block(file, derivatives//'quantity', rows%quantity, at_end, error)
+    call write_block(file, derivatives//'parameter', rows%parameter, at_end, error)
+    call write_block(file, derivatives//'kinks', rows%kinks, at_end, error)
     do i = 1, size(derivative_columns)
-      if (allocated(error)) return
       call write_block(file, derivatives//trim(derivative_columns(i)%name), rows%values(i, :), &
         at_end, error)
     end do
@@ -73,23 +67,21 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(origin_t), intent(in) :: origin !! how many end times and parameters
     integer, intent(in) :: sets !! sets of the reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_group(file, '/study', error)
-    if (.not. allocated(error)) call make_text_series(file, '/study/parameters', name_length, &
-      'what the study varies', error)
-    if (.not. allocated(error)) call make_text_series(file, '/study/sets', name_length, &
-      'sets of the reactions', error)
-    if (.not. allocated(error)) call make_series(file, '/study/variant', stored_integer, &
-      [integer ::], 1, '1', 'number of the variant', error)
-    if (.not. allocated(error)) call make_series(file, '/study/values', stored_real, &
-      [origin%varied], 1, 'parameter', 'its values, one a parameter', error)
-    if (.not. allocated(error)) call make_series(file, '/study/exit', stored_integer, &
-      [integer ::], 1, '1', 'its exit code', error)
-    if (.not. allocated(error)) call make_series(file, '/study/last', stored_integer, &
-      [integer ::], 1, '1', 'its last output time', error)
-    if (.not. allocated(error)) call make_series(file, '/study/rea', stored_real, &
-      [3, max(1, sets), max(1, origin%end_times)], 1, 'force', &
+    call make_text_series(file, '/study/parameters', name_length, 'what the study varies', error)
+    call make_text_series(file, '/study/sets', name_length, 'sets of the reactions', error)
+    call make_series(file, '/study/variant', stored_integer, [integer ::], 1, '1', &
+      'number of the variant', error)
+    call make_series(file, '/study/values', stored_real, [origin%varied], 1, 'parameter', &
+      'its values, one a parameter', error)
+    call make_series(file, '/study/exit', stored_integer, [integer ::], 1, '1', 'its exit code', &
+      error)
+    call make_series(file, '/study/last', stored_integer, [integer ::], 1, '1', &
+      'its last output time', error)
+    call make_series(file, '/study/rea', stored_real, [3, max(1, sets), max(1, origin%end_times)], &
+      1, 'force', &
       'reactions of each variant, output time and set; zero up to FROM and behind its last '// &
       'output time', error)
   end subroutine create_study_part
@@ -99,23 +91,23 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     character(name_length), intent(in) :: parameters(:) !! what is varied
     character(name_length), intent(in) :: sets(:) !! sets of the reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_block(file, '/study/parameters', parameters, at_end, error)
-    if (.not. allocated(error)) call write_block(file, '/study/sets', sets, at_end, error)
+    call write_block(file, '/study/sets', sets, at_end, error)
   end subroutine begin_study_part
 
   !> Writes what one variant has come to.
   subroutine append_variant(file, row, error)
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(variant_row_t), intent(in) :: row !! the variant
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_block(file, '/study/variant', [row%number], at_end, error)
-    if (.not. allocated(error)) call write_block(file, '/study/values', row%values, at_end, error)
-    if (.not. allocated(error)) call write_block(file, '/study/exit', [row%code], at_end, error)
-    if (.not. allocated(error)) call write_block(file, '/study/last', [row%step], at_end, error)
-    if (.not. allocated(error)) call write_block(file, '/study/rea', &
-      reshape(row%reactions, [size(row%reactions)]), at_end, error)
+    call write_block(file, '/study/values', row%values, at_end, error)
+    call write_block(file, '/study/exit', [row%code], at_end, error)
+    call write_block(file, '/study/last', [row%step], at_end, error)
+    call write_block(file, '/study/rea', reshape(row%reactions, [size(row%reactions)]), at_end, &
+      error)
   end subroutine append_variant
 end module results_study

@@ -32,18 +32,15 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(output_request_t), intent(in) :: request !! which fields are wanted
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     part%nodes = pack([(i, i=1, mesh%nodes)], mesh%defined(:mesh%nodes))
     part%elements = pack([(i, i=1, mesh%elements)], mesh%ix(1, :mesh%elements) > 0)
     part%field = request%field
     call write_geometry(part, file, mesh, error)
-    if (allocated(error)) return
     call write_numbers(part, file, mesh, error)
-    if (allocated(error)) return
     call write_sets(part, file, mesh, error)
-    if (allocated(error)) return
     call make_fields(part, file, error)
   end subroutine create_vtk_part
 
@@ -52,7 +49,7 @@ contains
     type(vtk_part_t), intent(inout) :: part !! nodes and elements given; gets the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: point(:), list(:), offsets(:), types(:)
     real(wp), allocatable :: x(:, :)
     integer :: i, k, n, e
@@ -80,19 +77,16 @@ contains
     type(vtk_part_t), intent(inout) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: listed(:)
 
     call add_constant(part%grid, file, on_points, 'node_number', part%nodes, &
       'node number of the deck', error)
-    if (allocated(error)) return
     call add_constant(part%grid, file, on_cells, 'element_number', part%elements, &
       'element number of the deck', error)
-    if (allocated(error)) return
     listed = mesh%material(part%elements)
     call add_constant(part%grid, file, on_cells, 'material', listed, &
       'material number of the deck', error)
-    if (allocated(error)) return
     listed = mesh%region(part%elements)
     call add_constant(part%grid, file, on_cells, 'region', listed, &
       'region, from 1 in the order of the deck, 0 for none; names in /run/regions', error)
@@ -103,7 +97,7 @@ contains
     type(vtk_part_t), intent(inout) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     logical, allocatable :: inside(:)
     integer :: i
 
@@ -114,7 +108,6 @@ contains
       inside(mesh%sets(i)%nodes) = .true.
       call add_flags(part%grid, file, on_points, 'set_'//mesh%sets(i)%name, inside(part%nodes), &
         '1 at the nodes of this set', error)
-      if (allocated(error)) return
     end do
   end subroutine write_sets
 
@@ -122,7 +115,7 @@ contains
   subroutine make_fields(part, file, error)
     type(vtk_part_t), intent(inout) :: part !! what stands in the file
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: k
 
     do k = 1, n_body_fields
@@ -131,7 +124,6 @@ contains
         call add_field(part%grid, file, group_of(field), trim(field%name), &
           stored_real, field%components, trim(field%unit), trim(field%description), error)
       end associate
-      if (allocated(error)) return
     end do
   end subroutine make_fields
 
@@ -150,12 +142,11 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! its time [time]
     type(frame_t), intent(in) :: frame !! the fields; those that are wanted are allocated
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: k
 
     call begin_frame(part%grid, file, time, error)
     do k = 1, n_body_fields
-      if (allocated(error)) return
       if (.not. part%field(k)) cycle
       associate (field => fields_of_bodies(k))
         if (field%at_nodes) then
@@ -173,7 +164,7 @@ contains
     type(body_field_t), intent(in) :: field !! the field
     integer, intent(in) :: list(:) !! nodes or elements that are written
     real(wp), intent(in) :: values(:, :) !! (components, all nodes or elements) the field
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp), allocatable :: listed(:, :)
 
     allocate (listed(size(values, 1), size(list)))

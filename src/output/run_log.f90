@@ -15,6 +15,7 @@ module run_log
   use contact_parameters, only: has_field
   use contact_types, only: pair_t, penalty_nodal, penalty_area, penalty_auto
   use bulk_laws, only: laws
+  use monitors, only: iteration_t
   use result_types, only: origin_t
   use friction_laws, only: cone_laws, first_value, acts
   use model_types, only: model_t, material_t
@@ -23,8 +24,8 @@ module run_log
   implicit none
   private
   public :: log_brief, log_normal, log_full, log_level
-  public :: log_t, log_iteration_t, log_increment_t, create_log, log_line, log_warning, &
-    log_iteration, log_increment, log_cut, log_error, log_costs, close_log
+  public :: log_t, log_increment_t, create_log, log_line, log_warning, &
+    log_iteration, log_increment, log_cut, log_costs, close_log
 
   !> How much is logged: no iterations; these; also where each is worst, and all tables of audits.
   integer, parameter :: log_brief = 1, log_normal = 2, log_full = 3
@@ -39,21 +40,6 @@ module run_log
     integer :: cuts = 0 !! cuts so far
     integer :: free_dofs = 0 !! degrees of freedom that are not prescribed
   end type log_t
-
-  !> What is known after one iteration.
-  type :: log_iteration_t
-    integer :: step = 0 !! number of the end time it works for
-    real(wp) :: time = 0.0_wp !! time of the increment's end [time]
-    integer :: iteration = 0 !! number of the solve in this increment
-    real(wp) :: residual = 0.0_wp !! norm of the residual on the free dofs [force]
-    real(wp) :: energy = 0.0_wp !! residual times solution [force length]
-    real(wp) :: line_search = 1.0_wp !! step length taken
-    integer :: active = 0 !! contact points in contact
-    integer :: stick = 0 !! of these, sticking
-    integer :: slip = 0 !! of these, slipping
-    character(12) :: solver = '' !! linear solver used
-    real(wp) :: seconds = 0.0_wp !! wall-clock time of the iteration [s]
-  end type log_iteration_t
 
   !> What is known after one converged increment.
   type :: log_increment_t
@@ -75,7 +61,7 @@ contains
     type(model_t), intent(in) :: model !! the problem, its pairs built
     type(origin_t), intent(in) :: origin !! what makes it
     integer, intent(in) :: free_dofs !! degrees of freedom that are not prescribed
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call create_locked_file(log%file, path, error)
@@ -88,18 +74,14 @@ contains
       count_noun(count(model%mesh%ix(1, :) > 0), 'element')//', '// &
       count_noun(free_dofs, 'free dof'), error)
     do i = 1, size(model%materials)
-      if (allocated(error)) return
       call log_line(log, 'material  '//material_line(model%materials(i)), error)
     end do
     do i = 1, size(model%pairs)
-      if (allocated(error)) return
       call log_line(log, 'pair      '//pair_line(model%pairs(i)), error)
     end do
     do i = 1, size(model%notes)
-      if (allocated(error)) return
       call log_line(log, model%notes(i)%s, error)
     end do
-    if (allocated(error)) return
     call log_line(log, '', error)
   end subroutine create_log
 
@@ -218,11 +200,10 @@ contains
   subroutine log_line(log, line, error)
     type(log_t), intent(inout) :: log !! the log
     character(*), intent(in) :: line !! any text
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     if (.not. c_associated(log%file%stream)) return
     call write_line(log%file, line, error)
-    if (allocated(error)) return
     call flush_text_file(log%file, error)
   end subroutine log_line
 
@@ -230,24 +211,25 @@ contains
   subroutine log_warning(log, message, error)
     type(log_t), intent(inout) :: log !! the log
     character(*), intent(in) :: message !! the warning
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     log%warnings = log%warnings + 1
     call log_line(log, 'warning: '//message, error)
   end subroutine log_warning
 
   !> Writes the line of one iteration.
-  subroutine log_iteration(log, it, error)
+  subroutine log_iteration(log, step, it, error)
     type(log_t), intent(inout) :: log !! the log
-    type(log_iteration_t), intent(in) :: it !! what is known after it
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    integer, intent(in) :: step !! number of the end time it works for
+    type(iteration_t), intent(in) :: it !! what is known after it
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(200) :: line
 
     log%iterations = log%iterations + 1
     if (log%level == log_brief) return
-    write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,f9.3,a)') 'step '//padded(it%step, 5), &
-      ' time ', it%time, ' iteration ', padded(it%iteration, 2), '  Residual norm = ', &
-      it%residual, '  Energy convergence test = ', it%energy, '  line search', it%line_search, &
+    write (line, '(2a,es12.5,2a,2(a,es12.5),a,f7.4,8a,4x,f9.3,a)') 'step '//padded(step, 5), &
+      ' time ', it%time, ' iteration ', padded(it%number, 2), '  Residual norm = ', &
+      it%residual, '  Energy convergence test = ', it%energy, '  line search', it%step_length, &
       '  active ', padded(it%active, 5), ' stick ', padded(it%stick, 5), ' slip ', &
       padded(it%slip, 5), '  ', it%solver, it%seconds, ' s'
     call log_line(log, line, error)
@@ -257,7 +239,7 @@ contains
   subroutine log_increment(log, increment, error)
     type(log_t), intent(inout) :: log !! the log
     type(log_increment_t), intent(in) :: increment !! what is known at its end
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(160) :: line
 
     log%increments = log%increments + 1
@@ -287,21 +269,12 @@ contains
     real(wp), intent(in) :: old_size !! increment that failed [time]
     real(wp), intent(in) :: new_size !! increment tried next [time]
     character(*), intent(in) :: reason !! why it failed
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     log%cuts = log%cuts + 1
     call log_line(log, 'step '//to_text(step)//' cut: from time '//to_text(time)//', size '// &
       to_text(old_size)//' to '//to_text(new_size)//': '//reason, error)
   end subroutine log_cut
-
-  !> Writes the message of an error that ends the run.
-  subroutine log_error(log, message, error)
-    type(log_t), intent(inout) :: log !! the log
-    character(*), intent(in) :: message !! message of the error
-    type(error_t), allocatable, intent(out) :: error !! disk full
-
-    call log_line(log, new_line('a')//message, error)
-  end subroutine log_error
 
   !> Writes the cost table.
   subroutine log_costs(log, costs, seconds, variant, error)
@@ -310,7 +283,7 @@ contains
     real(wp), intent(in) :: seconds !! wall-clock time of the whole run [s]
     real(wp), intent(in), optional :: variant(:) !! (n_costs+1) seconds of these and of all, per
     !! variant of a study [s]
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     character(80) :: line
     real(wp) :: processor
     character(:), allocatable :: head
@@ -323,23 +296,19 @@ contains
       count_noun(log%warnings, 'warning')//new_line('a')//new_line('a')// &
       'cost                                count      seconds'//head, error)
     do i = 1, n_costs
-      if (allocated(error)) return
       write (line, '(a,i13,f13.3)') cost_names(i), costs%count(i), costs%seconds(i)
       if (present(variant)) write (line(55:), '(f13.4)') variant(i)
       call log_line(log, line, error)
     end do
-    if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'whole run', seconds
     if (present(variant)) write (line(55:), '(f13.4)') variant(n_costs + 1)
     call log_line(log, line, error)
-    if (allocated(error)) return
     call cpu_time(processor)
     write (line, '(a,t42,f13.3)') 'processor time of all threads', processor
     call log_line(log, line, error)
-    if (allocated(error)) return
     write (line, '(a,t42,f13.3)') 'peak memory, MB', 1.0e-6_wp*peak_memory()
     call log_line(log, line, error)
-    if (allocated(error) .or. log%free_dofs == 0) return
+    if (log%free_dofs == 0) return
     write (line, '(a,t42,f13.3)') 'memory per free dof, kB', &
       1.0e-3_wp*peak_memory()/real(log%free_dofs, wp)
     call log_line(log, line, error)
@@ -348,7 +317,7 @@ contains
   !> Closes the log; one that was never created is left alone.
   subroutine close_log(log, error)
     type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
     call note_log(-1_c_int)
     call close_text_file(log%file, error)

@@ -28,37 +28,36 @@ contains
     integer :: k
 
     why = ''
-    if (.not. all_finite([state%time, state%increment])) then
+    if (.not. all(ieee_is_finite([state%time, state%increment]))) then
       why = 'its time or increment is not a number'
     else if (state%time <= 0.0_wp .or. state%increment <= 0.0_wp) then
       why = 'its time '//to_text(state%time)//' or its increment '//to_text(state%increment)// &
         ' is not positive'
-    else if (.not. all_finite(reshape(state%displacement, [size(state%displacement)]))) then
+    else if (.not. all(ieee_is_finite(state%displacement))) then
       why = 'a displacement is not a number'
-    else if (.not. all_finite(reshape(state%reaction, [size(state%reaction)]))) then
+    else if (.not. all(ieee_is_finite(state%reaction))) then
       why = 'a reaction is not a number'
-    else if (.not. all_finite([state%residual])) then
+    else if (.not. all(ieee_is_finite([state%residual]))) then
       why = 'its residual is not a number'
     else if (allocated(state%candidate)) then
       if (any(state%candidate < 0 .or. state%candidate > 1)) then
         why = 'the nodes held for contact are not marked by 0 and 1'
-      else if (.not. all_finite(reshape(state%contact_force, [size(state%contact_force)]))) then
+      else if (.not. all(ieee_is_finite(state%contact_force))) then
         why = 'a contact force is not a number'
       end if
     end if
     if (len(why) == 0 .and. allocated(state%displacement_before)) then
-      if (.not. all_finite([state%span_before, state%displacement_before])) then
+      if (.not. all(ieee_is_finite([state%span_before, state%displacement_before]))) then
         why = 'the state before it holds what is not a number'
       end if
     end if
     if (len(why) == 0 .and. allocated(state%factor_displacement)) then
-      if (.not. all_finite([state%factor_aging, reshape(state%factor_displacement, &
-        [size(state%factor_displacement)])])) why = 'that of its factors holds what is not a number'
+      if (.not. all(ieee_is_finite([state%factor_aging, state%factor_displacement]))) &
+        why = 'that of its factors holds what is not a number'
     end if
     if (len(why) == 0 .and. allocated(state%slopes%apex)) then
-      if (.not. all_finite([reshape(state%slopes%apex, [size(state%slopes%apex)]), &
-        reshape(state%slopes%place, [size(state%slopes%place)]), reshape(state%slopes%force, &
-        [size(state%slopes%force)])])) why = 'a derivative is not a number'
+      if (.not. all(ieee_is_finite([state%slopes%apex, state%slopes%place, &
+        state%slopes%force]))) why = 'a derivative is not a number'
     end if
     do k = 1, size(model%pairs)
       if (len(why) == 0) call check_pair(model%pairs(k), state%pairs(k), why)
@@ -79,7 +78,7 @@ contains
       if (len(why) == 0) why = fault_of(history%points(p), size(pair%surface%facets, 2))
       if (len(why) == 0 .and. allocated(history%cells)) then
         associate (cell => history%cells(p))
-          if (.not. all_finite([cell%weight, cell%area, cell%place])) then
+          if (.not. all(ieee_is_finite([cell%weight, cell%area, cell%place]))) then
             why = 'its cell holds what is not a number'
           else if (cell%area < 0.0_wp) then
             why = 'its area is negative'
@@ -107,8 +106,8 @@ contains
       why = 'its facet is '//to_text(point%target)
     else if (point%status > status_open .and. point%target == 0) then
       why = 'it is closed and has no facet'
-    else if (.not. all_finite([point%apex, point%lambda, point%way, &
-      point%dissipation, point%path])) then
+    else if (.not. all(ieee_is_finite([point%apex, point%lambda, point%way, &
+      point%dissipation, point%path]))) then
       why = 'its history holds what is not a number'
     else if (point%status > status_open) then
       least = min(point%apex(1), point%apex(2), 1.0_wp - point%apex(1) - point%apex(2))
@@ -129,17 +128,10 @@ contains
         why = 'its multiplier belongs to no node'
       else if (one%status < status_open .or. one%status > status_slip) then
         why = 'the status of its multiplier is '//to_text(one%status)
-      else if (.not. all_finite([one%axis, one%normal, one%force, one%path, one%way, &
-        one%dissipation])) then
+      else if (.not. all(ieee_is_finite([one%axis, one%normal, one%force, one%path, one%way, &
+        one%dissipation]))) then
         why = 'its multiplier holds what is not a number'
       end if
     end associate
   end function fault_of_multiplier
-
-  !> Whether all values are numbers, none infinite.
-  pure logical function all_finite(values)
-    real(wp), intent(in) :: values(:) !! any values
-
-    all_finite = all(ieee_is_finite(values))
-  end function all_finite
 end module state_checks

@@ -1,6 +1,5 @@
 !> Reads the restart part of a results file, and refuses one that does not fit the deck.
 module state_reader
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_ptr
   use kinds, only: wp
   use file_identity, only: identify, obstacle_of
   use errors, only: error_t, raise, exit_deck, exit_resources
@@ -11,12 +10,12 @@ module state_reader
   use rigid_paths, only: count_rigid
   use result_types, only: saved_state_t, pair_history_t
   use hdf5_io, only: hdf5_file_t, open_hdf5, close_hdf5, exists_in
-  use hdf5_data, only: read_block, series_shape, stored_real
+  use hdf5_data, only: read_block, move_block, series_shape, stored_real
   use results_state, only: pair_group, state_mark
   use state_checks, only: check_state
   use results_names, only: bodies_ending, contact_ending
   use state_fit, only: check_fit
-  use result_fields, only: field_t, field_shape, entries_of, over_nodes, over_bodies
+  use result_fields, only: field_t, field_shape, native_type, entries_of, over_nodes, over_bodies
   use state_fields, only: fields_of_state, fields_of_pair, is_mark, is_optional, in_use, &
     forget_unused, address_of, real_component, integer_component
   implicit none
@@ -271,9 +270,6 @@ contains
     type(saved_state_t), intent(inout), target :: state !! gets it
     type(error_t), allocatable, intent(out) :: error !! file trouble
     character(:), allocatable :: path
-    type(c_ptr) :: address
-    real(wp), pointer, contiguous :: reals(:)
-    integer, pointer, contiguous :: integers(:)
     integer, allocatable :: dims(:)
     integer :: counts(7), found(3), rank
 
@@ -288,14 +284,8 @@ contains
       counts(field%over) = found(rank - 1)
     end if
     dims = field_shape(field, counts)
-    address = address_of(state, field%name, dims, .true.)
-    if (field%stored == stored_real) then
-      call c_f_pointer(address, reals, [product(dims)])
-      call read_block(file, path, reals, slot, error)
-    else
-      call c_f_pointer(address, integers, [product(dims)])
-      call read_block(file, path, integers, slot, error)
-    end if
+    call move_block(file, path, native_type(field), address_of(state, field%name, dims, .true.), &
+      product(dims), slot, .false., error)
   end subroutine read_field
 
   !> The rigid bodies of a state are those of the deck; a deck without any drops them.

@@ -18,7 +18,7 @@ module tables
   private
   public :: table_t, create_reaction_table, create_contact_table, write_contacts, &
     create_history_table, write_history, create_point_table, write_points, create_rigid_table, &
-    write_rows, close_table
+    write_rows, close_table, row_start, reals, padded
 
   !> A table open for writing.
   type :: table_t
@@ -40,12 +40,11 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(string_t), intent(in) :: sets(:) !! names of the sets, in the order of the rows
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call open_table(table, path, 'set', sets, error)
-    if (.not. allocated(error)) call write_head(table, title, &
-      'reactions: the force each support exerts on the structure', reaction_columns%name, &
-      error=error)
+    call write_head(table, title, 'reactions: the force each support exerts on the structure', &
+      reaction_columns%name, error=error)
   end subroutine create_reaction_table
 
   !> Creates the table of contact.
@@ -54,12 +53,11 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(pair_t), intent(in) :: pairs(:) !! the pairs, in the order of the rows
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call open_table(table, path, 'pair', pair_names(pairs), error)
-    if (.not. allocated(error)) call write_head(table, title, &
-      'contact: forces on the slave side, moments about the origin', contact_columns%name, &
-      '  active   stick    slip', error)
+    call write_head(table, title, 'contact: forces on the slave side, moments about the origin', &
+      contact_columns%name, '  active   stick    slip', error)
   end subroutine create_contact_table
 
   !> Writes the contact sums of one end time.
@@ -68,7 +66,7 @@ contains
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
     type(contact_row_t), intent(in) :: rows(:) !! (pairs) sums over the points of each pair
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     real(wp) :: values(size(contact_columns), size(rows))
     character(3*step_width) :: counts(size(rows))
     integer :: i
@@ -86,12 +84,11 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(history_request_t), intent(in) :: requests(:) !! the columns
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(19), allocatable :: columns(:)
     integer :: i
 
     call open_table(table, path, '', [string_t ::], error)
-    if (allocated(error)) return
     allocate (columns(size(requests)))
     do i = 1, size(requests)
       columns(i) = 'u'//to_text(requests(i)%dof)//'@'//to_text(requests(i)%node)
@@ -105,10 +102,9 @@ contains
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
     real(wp), intent(in) :: values(:) !! (requests) displacements [length]
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_line(table%file, row_start(step, time)//reals(values), error)
-    if (allocated(error)) return
     call flush_text_file(table%file, error)
   end subroutine write_history
 
@@ -118,7 +114,7 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(rigid_body_t), intent(in) :: bodies(:) !! the bodies, in the order of the rows
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(string_t) :: names(size(bodies))
     integer :: i
 
@@ -126,7 +122,7 @@ contains
       names(i)%s = bodies(i)%name
     end do
     call open_table(table, path, 'body', names, error)
-    if (.not. allocated(error)) call write_head(table, title, 'rigid bodies: translation and '// &
+    call write_head(table, title, 'rigid bodies: translation and '// &
       'rotation vector of the point, force and moment of its constraint on the body', &
       rigid_columns%name, error=error)
   end subroutine create_rigid_table
@@ -137,11 +133,11 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(pair_t), intent(in) :: pairs(:) !! its pairs
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(4), parameter :: columns(6) = [character(4) :: 'p', 't1', 't2', 't3', 'gap', 'slip']
 
     call open_table(table, path, 'pair', pair_names(pairs), error)
-    if (.not. allocated(error)) call write_head(table, title, &
+    call write_head(table, title, &
       'contact points: slave nodes (NTOS) or slave facets (GTOS), tractions on the slave side', &
       columns, '    point  status', error)
   end subroutine create_point_table
@@ -153,7 +149,7 @@ contains
     real(wp), intent(in) :: time !! its time [time]
     integer, intent(in) :: pair !! place of the pair in the table
     type(point_row_t), intent(in) :: rows(:) !! its points
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(17) :: numbers
     integer :: i
 
@@ -161,7 +157,6 @@ contains
       write (numbers, '(i9, i8)') rows(i)%point, rows(i)%status
       call write_line(table%file, row_start(step, time)//'  '//table%names(pair)%s//numbers// &
         reals(rows(i)%values), error)
-      if (allocated(error)) return
     end do
     call flush_text_file(table%file, error)
   end subroutine write_points
@@ -172,7 +167,7 @@ contains
     integer, intent(in) :: step !! number of the end time
     real(wp), intent(in) :: time !! its time [time]
     real(wp), intent(in) :: rows(:, :) !! (columns, names) the numbers
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(*), intent(in), optional :: counts(:) !! (names) columns of integers, as printed
     character(:), allocatable :: line
     integer :: i
@@ -181,7 +176,6 @@ contains
       line = row_start(step, time)//'  '//table%names(i)%s
       if (present(counts)) line = line//counts(i)
       call write_line(table%file, line//reals(rows(:, i)), error)
-      if (allocated(error)) return
     end do
     call flush_text_file(table%file, error)
   end subroutine write_rows
@@ -189,7 +183,7 @@ contains
   !> Closes a table; one that was never created is left alone.
   subroutine close_table(table, error)
     type(table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call close_text_file(table%file, error)
   end subroutine close_table
@@ -200,7 +194,7 @@ contains
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: key !! name of the column of names, empty for none
     type(string_t), intent(in) :: names(:) !! name of each row of an end time
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     table%key = key
     call pad_names(names, key, table%names)
@@ -225,15 +219,13 @@ contains
     character(*), intent(in) :: what !! meaning of the table
     character(*), intent(in) :: columns(:) !! names of the columns of reals
     character(*), intent(in), optional :: counts !! names of the columns of integers, as printed
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: line
     character(real_width + 2) :: column
     integer :: i
 
     call write_line(table%file, '# '//trim(adjustl(title)), error)
-    if (allocated(error)) return
     call write_line(table%file, '# '//what, error)
-    if (allocated(error)) return
     line = '#   step'//repeat(' ', real_width - 2)//'time'
     if (table%key /= '') line = line//'  '//padded(table%key, name_width(table%names, table%key))
     if (present(counts)) line = line//counts
@@ -242,7 +234,6 @@ contains
       line = line//column
     end do
     call write_line(table%file, line, error)
-    if (allocated(error)) return
     call flush_text_file(table%file, error)
   end subroutine write_head
 
@@ -269,18 +260,6 @@ contains
     end do
   end function reals
 
-  !> A name in one piece: blanks within it become underscores, for blanks part the columns.
-  pure function without_blanks(name) result(t)
-    character(*), intent(in) :: name !! the name
-    character(len(name)) :: t
-    integer :: i
-
-    t = name
-    do i = 1, len_trim(name)
-      if (t(i:i) == ' ' .or. t(i:i) == achar(9)) t(i:i) = '_'
-    end do
-  end function without_blanks
-
   !> Pads names to one width.
   pure subroutine pad_names(names, key, padded_names)
     type(string_t), intent(in) :: names(:) !! the names
@@ -291,7 +270,7 @@ contains
     width = name_width(names, key)
     allocate (padded_names(size(names)))
     do i = 1, size(names)
-      padded_names(i)%s = padded(without_blanks(names(i)%s), width)
+      padded_names(i)%s = padded(names(i)%s, width)
     end do
   end subroutine pad_names
 
@@ -307,12 +286,16 @@ contains
     end do
   end function name_width
 
-  !> A name with blanks behind it.
+  !> A name with blanks behind it and underscores for those within, for blanks part the columns.
   pure function padded(name, width) result(t)
-    character(*), intent(in) :: name !! the name
+    character(*), intent(in) :: name !! name
     integer, intent(in) :: width !! length of the result
     character(width) :: t
+    integer :: i
 
     t = name
+    do i = 1, min(width, len_trim(name))
+      if (t(i:i) == ' ' .or. t(i:i) == achar(9)) t(i:i) = '_'
+    end do
   end function padded
 end module tables

@@ -26,10 +26,11 @@ contains
   subroutine create_text_file(file, path, error)
     type(text_file_t), intent(out) :: file !! the file, open
     character(*), intent(in) :: path !! its name
-    type(error_t), allocatable, intent(out) :: error !! no permission, no such folder
+    type(error_t), allocatable, intent(inout) :: error !! no permission, no such folder
     character(200) :: reason
     integer :: unit, status
 
+    if (allocated(error)) return
     file%path = trim(path)
     if (this_rank() > 0) file%path = '/dev/null'
     reason = ''
@@ -81,9 +82,10 @@ contains
   subroutine write_line(file, line, error)
     type(text_file_t), intent(inout) :: file !! open file
     character(*), intent(in) :: line !! text without line end; may hold several lines
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
     integer(c_size_t) :: length
 
+    if (allocated(error)) return
     length = len_trim(line, kind=c_size_t) + 1_c_size_t
     if (c_fwrite(trim(line)//new_line('a'), 1_c_size_t, length, file%stream) < length) then
       call raise_write_error(file, error)
@@ -93,15 +95,17 @@ contains
   !> Hands everything written so far to the system, so that it outlives a killed run.
   subroutine flush_text_file(file, error)
     type(text_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full
 
+    if (allocated(error)) return
     if (c_fflush(file%stream) /= 0_c_int) call raise_write_error(file, error)
   end subroutine flush_text_file
 
   !> Closes the file; a file that is not open is left alone.
   subroutine close_text_file(file, error)
     type(text_file_t), intent(inout) :: file !! the file
-    type(error_t), allocatable, intent(out) :: error !! disk full
+    type(error_t), allocatable, intent(inout) :: error !! disk full; one that came before
+    !! stays
 
     if (.not. c_associated(file%stream)) return
     if (c_fclose(file%stream) /= 0_c_int) call raise_write_error(file, error)
@@ -171,9 +175,10 @@ contains
   !> The error of a write that the system refused.
   subroutine raise_write_error(file, error)
     type(text_file_t), intent(in) :: file !! the file
-    type(error_t), allocatable, intent(out) :: error !! filled
+    type(error_t), allocatable, intent(inout) :: error !! filled, unless one came before
 
-    call raise(error, exit_resources, 'error: cannot write to '//file%path//new_line('a')// &
-      '  The disk may be full. What stands in the file is valid up to the last whole line.')
+    if (.not. allocated(error)) call raise(error, exit_resources, 'error: cannot write to '// &
+      file%path//new_line('a')//'  The disk may be full. What stands in the file is valid up '// &
+      'to the last whole line.')
   end subroutine raise_write_error
 end module text_files

@@ -58,26 +58,19 @@ contains
     integer, intent(in), contiguous :: connectivity(:) !! points of the cells, from 0
     integer, intent(in), contiguous :: offsets(:) !! (cells + 1) where each cell begins, from 0
     integer, intent(in), contiguous :: types(:) !! (cells) VTK's cell types
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     grid%points = size(x, 2)
     grid%cells = size(types)
     allocate (grid%known(3, 0))
     call make_group(file, '/VTKHDF', error)
-    if (allocated(error)) return
     call write_attribute(file, '/VTKHDF', 'Version', [2, 0], error)
-    if (allocated(error)) return
     call write_attribute(file, '/VTKHDF', 'Type', 'UnstructuredGrid', error)
-    if (allocated(error)) return
     call write_long(file, 'NumberOfPoints', [grid%points], 'number of points', error)
-    if (allocated(error)) return
     call make_series(file, grid_root//'Points', stored_real, [3], grid%points, 'length', &
       'reference coordinates', error)
-    if (allocated(error)) return
     call write_block(file, grid_root//'Points', x, at_end, error)
-    if (allocated(error)) return
     call write_cells(grid, file, connectivity, offsets, types, error)
-    if (allocated(error)) return
     call make_steps(grid, file, error)
   end subroutine create_grid
 
@@ -88,21 +81,16 @@ contains
     integer, intent(in), contiguous :: connectivity(:) !! points of the cells, from 0
     integer, intent(in), contiguous :: offsets(:) !! (cells + 1) where each cell begins, from 0
     integer, intent(in), contiguous :: types(:) !! (cells) VTK's cell types
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call write_long(file, 'NumberOfCells', [grid%cells], 'number of cells', error)
-    if (allocated(error)) return
     call write_long(file, 'NumberOfConnectivityIds', [size(connectivity)], &
       'length of the list of points of cells', error)
-    if (allocated(error)) return
     call write_long(file, 'Connectivity', connectivity, 'points of the cells, from 0', error)
-    if (allocated(error)) return
     call write_long(file, 'Offsets', offsets, 'start of each cell in Connectivity', error)
-    if (allocated(error)) return
     call make_series(file, grid_root//'Types', stored_byte, [integer ::], max(1, grid%cells), '1', &
       'VTK cell types: 1 vertex, 5 triangle, 22 six-node triangle, 10 four-node, 24 ten-node '// &
       'tetrahedron', error)
-    if (allocated(error)) return
     call write_block(file, grid_root//'Types', types, at_end, error)
   end subroutine write_cells
 
@@ -110,7 +98,7 @@ contains
   subroutine make_steps(grid, file, error)
     type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(22), parameter :: groups(5) = [character(22) :: 'Steps', on_points, on_cells, &
       'Steps/PointDataOffsets', 'Steps/CellDataOffsets']
     character(22), parameter :: known(5) = [character(22) :: 'PartOffsets', 'NumberOfParts', &
@@ -120,14 +108,11 @@ contains
     one = 1
     do i = 1, size(groups)
       call make_group(file, grid_root//trim(groups(i)), error)
-      if (allocated(error)) return
     end do
     call write_attribute(file, grid_root//'Steps', 'NSteps', grid%frames, error)
-    if (allocated(error)) return
     call make_series(file, grid_root//'Steps/Values', stored_real, [integer ::], 1, 'time', &
       'times of the fields', error)
     do i = 1, size(known)
-      if (allocated(error)) return
       call add_known(grid, file, trim(known(i)), one(:merge(1, 0, i > 3)), &
         merge(1, 0, i == 2), 0, &
         'VTKHDF bookkeeping: the geometry is the same at each output time', error)
@@ -143,7 +128,7 @@ contains
     integer, intent(in) :: first !! number of the first end time
     integer, intent(in) :: each !! how much more it is for each one
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_series(file, grid_root//'Steps/'//name, stored_long, leading, 1, '1', description, &
       error)
@@ -158,7 +143,7 @@ contains
     character(*), intent(in) :: name !! name of the field
     integer, intent(in), contiguous :: values(:) !! (points or cells) its values
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call add_numbers(grid, file, group, name, stored_integer, values, description, error)
   end subroutine add_constant
@@ -171,7 +156,7 @@ contains
     character(*), intent(in) :: name !! name of the field
     logical, intent(in) :: marked(:) !! (points or cells) which
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer, allocatable :: flags(:)
 
     allocate (flags(size(marked)))
@@ -188,14 +173,12 @@ contains
     integer, intent(in) :: stored !! one of the stored constants
     integer, intent(in), contiguous :: values(:) !! (points or cells) its values
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_series(file, grid_root//group//'/'//name, stored, [integer ::], &
       max(1, size(values)), &
       '1', description, error)
-    if (allocated(error)) return
     call write_block(file, grid_root//group//'/'//name, values, at_end, error)
-    if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, 0, &
       'first entry of each output time: always 0', error)
   end subroutine add_numbers
@@ -210,7 +193,7 @@ contains
     integer, intent(in) :: components !! numbers a point or cell
     character(*), intent(in) :: unit !! unit
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: leading(1), n
 
     leading = components
@@ -218,7 +201,6 @@ contains
     call make_series(file, grid_root//group//'/'//name, stored, &
       leading(:merge(1, 0, components > 1)), &
       max(1, n), unit, description, error, file%blocks)
-    if (allocated(error)) return
     call add_known(grid, file, group//'Offsets/'//name, [integer ::], 0, n, &
       'first entry of each output time', error)
   end subroutine add_field
@@ -228,7 +210,7 @@ contains
     type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
     real(wp), intent(in) :: time !! time of the fields [time]
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call hold_block(file, grid_root//'Steps/Values', [time], error)
     grid%frames = grid%frames + 1
@@ -240,7 +222,7 @@ contains
     character(*), intent(in) :: group !! on_points or on_cells
     character(*), intent(in) :: name !! name of the field
     real(wp), intent(in), contiguous :: values(:, :) !! (components, points or cells)
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call hold_block(file, grid_root//group//'/'//name, values, error)
   end subroutine add_values
@@ -263,10 +245,11 @@ contains
   subroutine write_frames(grid, file, error)
     type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: path
     integer :: i, k
 
+    if (allocated(error)) return
     do while (grid%listed < grid%frames)
       do i = 1, size(grid%known, 2)
         path = file%sets(grid%known(1, i))%path
@@ -283,8 +266,9 @@ contains
   subroutine count_frames(grid, file, error)
     type(vtk_grid_t), intent(inout) :: grid !! the grid
     type(hdf5_file_t), intent(inout) :: file !! open file
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
+    if (allocated(error)) return
     grid%counted = grid%frames
     call write_attribute(file, grid_root//'Steps', 'NSteps', grid%counted, error)
   end subroutine count_frames
@@ -295,11 +279,10 @@ contains
     character(*), intent(in) :: name !! data set of /VTKHDF
     integer, intent(in), contiguous :: values(:) !! its values
     character(*), intent(in) :: description !! meaning
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
 
     call make_series(file, grid_root//name, stored_long, [integer ::], max(1, size(values)), '1', &
       description, error)
-    if (allocated(error)) return
     call write_block(file, grid_root//name, values, at_end, error)
   end subroutine write_long
 end module vtk_grid

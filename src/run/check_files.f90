@@ -36,15 +36,11 @@ contains
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
     call create_results(results, base//'.check'//bodies_ending, model, 0, origin, error)
-    if (allocated(error)) return
     call append_picture(results, 0.0_wp, frame, error)
-    if (allocated(error)) return
     call close_results(results, costs, error)
-    if (allocated(error) .or. size(model%pairs) == 0) return
+    if (size(model%pairs) == 0) return
     call create_contact_file(surfaces, base//'.check'//contact_ending, model, 1, error)
-    if (allocated(error)) return
     call append_contact_frame(surfaces, model, 0.0_wp, frame, error)
-    if (allocated(error)) return
     call close_contact_file(surfaces, error)
   end subroutine write_check_files
 

@@ -2,8 +2,7 @@
 !! touched, and by what is behind the names, not by the names: links lead elsewhere.
 module output_checks
   use errors, only: error_t, raise, exit_deck, exit_resources
-  use text, only: string_t
-  use string_lists, only: append_string
+  use text, only: string_t, append_string
   use model_types, only: model_t
   use rigid_paths, only: count_rigid
   use hdf5_io, only: unfinished

@@ -29,9 +29,9 @@ contains
     associate (model => context%model, state => context%state, log => context%files%log)
       select case (command%command)
       case ('disp')
-        call print_displacements(command, model, state, log, error)
+        call print_vectors(command, model, 'displacements', state%time, state%u, log, error)
       case ('reac')
-        call print_reactions(command, model, state, log, error)
+        call print_vectors(command, model, 'reactions', state%time, state%reaction, log, error)
       case ('stre')
         call print_stresses(command, model, context%system, state, log, error)
       case default
@@ -40,28 +40,6 @@ contains
       end select
     end associate
   end subroutine print_request
-
-  !> DISP[,ALL] or DISP,,n1,n2,n3: displacements of all nodes, or of n1 to n2 in steps of n3.
-  subroutine print_displacements(command, model, state, log, error)
-    type(batch_command_t), intent(in) :: command !! the command
-    type(model_t), intent(in) :: model !! the problem
-    type(state_t), intent(in) :: state !! the converged state
-    type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! trouble with the file
-
-    call print_vectors(command, model, 'displacements', state%time, state%u, log, error)
-  end subroutine print_displacements
-
-  !> REAC[,ALL] or REAC,,n1,n2,n3: reactions likewise.
-  subroutine print_reactions(command, model, state, log, error)
-    type(batch_command_t), intent(in) :: command !! the command
-    type(model_t), intent(in) :: model !! the problem
-    type(state_t), intent(in) :: state !! the converged state
-    type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! trouble with the file
-
-    call print_vectors(command, model, 'reactions', state%time, state%reaction, log, error)
-  end subroutine print_reactions
 
   !> The nodes or elements that a command names: n1 to n2 in steps of n3; n1 alone is one, none are
   !! all.
@@ -105,7 +83,6 @@ contains
     end if
     call log_line(log, '  stresses at time '//to_text(state%time, 12)//': '//what// &
       ' xx yy zz xy yz zx von_mises', error)
-    if (allocated(error)) return
     call print_table(command, there, stress, log, error)
   end subroutine print_stresses
 
@@ -115,7 +92,7 @@ contains
     logical, intent(in) :: there(:) !! (n) the mesh has this one
     real(wp), intent(in) :: stress(:, :) !! (6, n) their stresses
     type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! trouble with the file
+    type(error_t), allocatable, intent(inout) :: error !! trouble with the file
     character(120) :: line
     integer :: first, last, stride, i
 
@@ -124,7 +101,6 @@ contains
       if (.not. there(i)) cycle
       write (line, '(i10,7es14.5e3)') i, stress(:, i), von_mises(stress(:, i:i))
       call log_line(log, trim(line), error)
-      if (allocated(error)) return
     end do
   end subroutine print_table
 
@@ -147,18 +123,17 @@ contains
     call log_line(log, '  mesh: '//to_text(count(mesh%defined))//' nodes, '// &
       to_text(count(there))//' elements, volume '//to_text(sum(volume), 12)// &
       ' between their corners', error)
-    if (allocated(error)) return
     e = minloc(volume, dim=1, mask=there)
     call log_line(log, '  smallest volume '//to_text(volume(e), 6)//' in element '//to_text(e)// &
       ', largest '//to_text(maxval(volume), 6)//' in element '// &
       to_text(maxloc(volume, dim=1)), error)
-    if (allocated(error)) return
     e = maxloc(ratio, dim=1)
     call log_line(log, '  longest edge over shortest height: at most '//to_text(ratio(e), 4)// &
       ', in element '//to_text(e), error)
   end subroutine print_mesh
 
-  !> A vector a node, and the sum.
+  !> DISP[,ALL] or DISP,,n1,n2,n3, REAC likewise: the vectors of all nodes, or of n1 to n2 in steps
+  !! of n3, and their sum.
   subroutine print_vectors(command, model, what, time, v, log, error)
     type(batch_command_t), intent(in) :: command !! which nodes
     type(model_t), intent(in) :: model !! the problem
@@ -166,7 +141,7 @@ contains
     real(wp), intent(in) :: time !! time of the state
     real(wp), intent(in) :: v(:, :) !! (3, nodes) the vectors
     type(log_t), intent(inout) :: log !! the log
-    type(error_t), allocatable, intent(out) :: error !! trouble with the file
+    type(error_t), allocatable, intent(inout) :: error !! trouble with the file
     character(80) :: line
     integer :: first, last, stride, i
 
@@ -174,12 +149,10 @@ contains
     last = min(last, model%mesh%nodes)
     call log_line(log, '  nodal '//what//' at time '//to_text(time, 12), error)
     do i = first, last, stride
-      if (allocated(error)) return
       if (.not. model%mesh%defined(i)) cycle
       write (line, '(i10,3es20.11e3)') i, v(:, i)
       call log_line(log, trim(line), error)
     end do
-    if (allocated(error)) return
     write (line, '(a10,3es20.11e3)') 'sum', sum(v(:, first:last:stride), 2)
     call log_line(log, trim(line), error)
   end subroutine print_vectors

@@ -75,23 +75,16 @@ contains
     if (len(folder) > 0) call make_folder(folder, error)
     if (allocated(error)) return
     call create_log(files%log, base//'.log', model, origin, system%equations, error)
-    if (allocated(error)) return
     call create_reaction_table(files%reactions, base//'.rea', model%title, &
       model%output%reactions, error)
-    if (allocated(error)) return
     call create_contact_table(files%contacts, base//'.con', model%title, model%pairs, error)
-    if (allocated(error)) return
     if (size(model%output%history) > 0) call create_history_table(files%history, base//'.his', &
       model%title, model%output%history, error)
-    if (allocated(error)) return
     if (size(model%output%points) > 0) call create_points(files, base//'.pts', model, error)
-    if (allocated(error)) return
     if (count_rigid(model) > 0) call create_rigid_table(files%rigid, base//'.rig', &
       model%title, model%conditions%rigid, error)
-    if (allocated(error)) return
     if (this_rank() == 0) call create_results(files%results, base//bodies_ending, model, &
       system%body%bodies, origin, error)
-    if (allocated(error)) return
     if (this_rank() == 0 .and. model%output%contact .and. size(model%pairs) > 0) &
       call create_contact_file(files%surfaces, base//contact_ending, model, origin%end_times, error)
     if (allocated(error)) return
@@ -104,7 +97,7 @@ contains
     type(run_files_t), intent(inout) :: files !! gets points, slaves
     character(*), intent(in) :: path !! its name
     type(model_t), intent(in) :: model !! the problem
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     allocate (files%slaves(size(model%output%points)))
@@ -147,16 +140,13 @@ contains
     end do
     if (count_rigid(model) > 0) row%rigid = rigid_rows(model, system, state)
     call write_rows(files%reactions, state%step, state%time, row%reactions, error)
-    if (.not. allocated(error)) call write_contacts(files%contacts, state%step, state%time, &
-      row%pairs, error)
-    if (.not. allocated(error) .and. size(model%output%history) > 0) call write_history( &
-      files%history, state%step, state%time, [(state%u(model%output%history(k)%dof, &
-      model%output%history(k)%node), k=1, size(model%output%history))], error)
-    if (.not. allocated(error)) call write_point_rows(files, model, system%place, state, error)
-    if (.not. allocated(error) .and. allocated(row%rigid)) call write_rows(files%rigid, &
-      state%step, state%time, row%rigid, error)
-    if (.not. allocated(error)) call write_fields(files, model, system, form, state, increment, &
-      row, audit, error)
+    call write_contacts(files%contacts, state%step, state%time, row%pairs, error)
+    if (size(model%output%history) > 0) call write_history(files%history, state%step, state%time, &
+      [(state%u(model%output%history(k)%dof, model%output%history(k)%node), k=1, &
+      size(model%output%history))], error)
+    call write_point_rows(files, model, system%place, state, error)
+    if (allocated(row%rigid)) call write_rows(files%rigid, state%step, state%time, row%rigid, error)
+    call write_fields(files, model, system, form, state, increment, row, audit, error)
   end subroutine write_row
 
   !> Appends the rows of the table of contact points.
@@ -165,7 +155,7 @@ contains
     type(model_t), intent(in) :: model !! the problem
     type(contact_places_t), intent(in) :: place !! contact elements
     type(state_t), intent(in) :: state !! the converged state
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(point_fields_t) :: points
     type(point_row_t), allocatable :: rows(:)
     integer :: i, k
@@ -176,7 +166,6 @@ contains
         place%first_point(k):place%first_point(k + 1) - 1), points)
       call find_point_rows(model%pairs(k), files%slaves(i), points, model%mesh%nodes, rows)
       call write_points(files%points, state%step, state%time, i, rows, error)
-      if (allocated(error)) return
     end do
   end subroutine write_point_rows
 
@@ -190,7 +179,7 @@ contains
     real(wp), intent(in) :: increment !! its increment of time
     type(end_row_t), intent(in) :: row !! sums of the end time
     type(audit_t), intent(in) :: audit !! the audit of the end time
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(frame_t) :: frame
     type(saved_state_t) :: saved
 
@@ -363,25 +352,17 @@ contains
   subroutine close_files(files, costs, error)
     type(run_files_t), intent(inout) :: files !! the files
     type(cost_t), intent(in) :: costs !! cost table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    type(error_t), allocatable :: next
+    type(error_t), allocatable, intent(inout) :: error !! file trouble, unless some came before
 
     if (.not. files%open) return
     if (this_rank() == 0) call close_results(files%results, costs, error)
-    if (this_rank() == 0) call close_contact_file(files%surfaces, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_table(files%reactions, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_table(files%contacts, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_table(files%points, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_table(files%history, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_table(files%rigid, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
-    call close_log(files%log, next)
-    if (.not. allocated(error)) call move_alloc(next, error)
+    if (this_rank() == 0) call close_contact_file(files%surfaces, error)
+    call close_table(files%reactions, error)
+    call close_table(files%contacts, error)
+    call close_table(files%points, error)
+    call close_table(files%history, error)
+    call close_table(files%rigid, error)
+    call close_log(files%log, error)
     files%open = .false.
   end subroutine close_files
 end module run_files

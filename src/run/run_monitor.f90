@@ -11,8 +11,8 @@ module run_monitor
   use system_types, only: form_t, system_t, state_t
   use sensitivity_types, only: sensitivity_t
   use sensitivities, only: follow_increment
-  use run_log, only: log_t, log_iteration_t, log_increment_t, log_iteration, log_line, &
-    log_warning, log_cut, log_brief, log_full
+  use run_log, only: log_t, log_increment_t, log_iteration, log_line, log_warning, log_cut, &
+    log_brief, log_full
   implicit none
   private
   public :: run_monitor_t, step_text, time_left, foresee_end, tell_end_time
@@ -48,24 +48,12 @@ contains
   subroutine take_iteration(self, report)
     class(run_monitor_t), intent(inout) :: self !! the receiver
     type(iteration_t), intent(in) :: report !! the iteration
-    type(log_iteration_t) :: line
     type(error_t), allocatable :: error
 
     self%solves = self%solves + 1
-    line%step = self%step
-    line%time = report%time
-    line%iteration = report%number
-    line%residual = report%residual
-    line%energy = report%energy
-    line%line_search = report%step_length
-    line%active = report%active
-    line%stick = report%stick
-    line%slip = report%slip
-    line%solver = report%solver
-    line%seconds = report%seconds
     if (associated(self%log)) then
-      call log_iteration(self%log, line, error)
-      if (.not. allocated(error) .and. self%log%level == log_full .and. report%worst_node > 0) then
+      call log_iteration(self%log, self%step, report, error)
+      if (self%log%level == log_full .and. report%worst_node > 0) then
         call log_line(self%log, '  largest residual '//to_text(report%worst, 4)//' at node '// &
           to_text(report%worst_node)//', dof '//to_text(report%worst_dof), error)
       end if

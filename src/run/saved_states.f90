@@ -3,8 +3,7 @@ module saved_states
   use errors, only: error_t, raise, exit_deck, exit_resources
   use ranks, only: this_rank
   use parallel, only: any_rank
-  use text, only: string_t
-  use string_lists, only: append_string
+  use text, only: string_t, append_string
   use version, only: program_version
   use kinds, only: wp
   use model_types, only: model_t

@@ -12,7 +12,6 @@ module session
   use deck_reader, only: read_deck
   use changed_decks, only: change_deck, refuse_changes, settings_text
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, warning_lines
-  use source, only: file_text
   use mesh_building, only: drop_middles
   use model_types, only: model_t, state_none
   use model_reader, only: read_model
@@ -29,7 +28,7 @@ module session
   use check_files, only: write_check_files
   use scene_audit, only: begin_audit
   use run_files, only: run_files_t, create_files, close_files
-  use run_log, only: log_costs, log_error, log_line, log_warning
+  use run_log, only: log_costs, log_line, log_warning
   use run_monitor, only: run_monitor_t
   use run_context, only: context_t
   use batch_run, only: run_batch
@@ -52,7 +51,8 @@ module session
   use study_run, only: run_study, check_run
   use sensitivity_start, only: check_slopes, begin_sensitivities
   use kept_slopes, only: announce_slopes, resume_slopes
-  use sensitivity_table, only: create_sensitivity_table, close_sensitivity_table
+  use sensitivity_table, only: create_sensitivity_table
+  use text_files, only: close_text_file
   implicit none
   private
   public :: run_session
@@ -178,7 +178,7 @@ contains
     end if
     model%notes = note_lines(diagnostics)
     model%warnings = warning_lines(diagnostics)
-    deck_text = file_text(diagnostics%source, 1)
+    deck_text = diagnostics%source%files(1)%text
   end subroutine read_problem
 
   !> Builds the system, opens the files, runs the commands, closes the files whatever happens.
@@ -231,14 +231,14 @@ contains
       if (study%active .and. .not. allocated(error)) call run_study(options, commands, &
         states%base, study, context, variant_seconds, error)
       if (allocated(error) .and. .not. study%active) call advise_restart(states, context, error)
-      if (allocated(error)) call log_error(files%log, error%message, trouble)
+      if (allocated(error)) call log_line(files%log, new_line('a')//error%message, trouble)
       call add_costs(system%costs, form%costs)
       call log_costs(files%log, system%costs, &
         wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
       if (context%terminal%json) call tell_costs(context)
       call begin_writing()
       call close_files(files, system%costs, trouble)
-      if (context%sensitivity%active) call close_sensitivity_table(context%derivatives, trouble)
+      if (context%sensitivity%active) call close_text_file(context%derivatives%file, trouble)
       call end_writing()
     end associate
     if (allocated(trouble) .and. .not. allocated(error)) call move_alloc(trouble, error)

@@ -24,8 +24,8 @@ module study_run
   use variant_system, only: set_back, change_influence, reactions_by_levers, same_loads
   use variant_starts, only: starts_t, begin_starts, choose_neighbours, guess_forces, keep_forces_of
   use study_types, only: study_t
-  use study_table, only: study_table_t, result_t, create_study_table, write_variant, &
-    close_study_table, write_reactions
+  use study_table, only: result_t, create_study_table, write_variant, write_reactions
+  use text_files, only: text_file_t, close_text_file
   use study_start, only: common_t, foresee_common, begin_common, begin_variant, acts_before, &
     plan_t, read_plan
   use study_monitor, only: study_monitor_t
@@ -68,7 +68,7 @@ contains
     !! of work, and all of it; only if there is a study that has begun [s]
     type(error_t), allocatable, intent(out) :: error !! file trouble, variants that have failed
     type(shared_t) :: shared
-    type(study_table_t) :: table
+    type(text_file_t) :: table
     type(result_t) :: result
     type(diagnostics_t) :: unheard
     integer :: k, failed
@@ -100,16 +100,15 @@ contains
       if (allocated(error)) return
       if (result%code /= exit_done) failed = failed + 1
       call write_variant(table, study, study%order(k), result, error)
-      if (.not. allocated(error)) call append_variant_row(context%files%results, variant_row_t( &
-        study%order(k), study%variants(:, study%order(k)), result%code, result%step, &
-        result%reactions), error)
+      call append_variant_row(context%files%results, variant_row_t(study%order(k), &
+        study%variants(:, study%order(k)), result%code, result%step, result%reactions), error)
       if (allocated(error)) return
       call print_line(context%terminal, 'variant '//to_text(k)//' of '// &
         to_text(size(study%order))//'  '//values_text(study, study%order(k))//'  '// &
         count_noun(result%iterations, 'solve')//left_text(k, size(study%order), wall_seconds() &
         - began))
     end do
-    call close_study_table(table, error)
+    call close_text_file(table, error)
     seconds = [context%system%costs%seconds + context%form%costs%seconds - before, wall_seconds() &
       - began]/real(size(study%order), wp)
     call context%monitor%event('study '//study%name//': factor, compliance, influence: '// &

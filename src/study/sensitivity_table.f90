@@ -2,15 +2,15 @@
 module sensitivity_table
   use kinds, only: wp
   use errors, only: error_t
-  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use tables, only: row_start, reals, padded
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file
   use model_types, only: model_t
   use system_types, only: state_t
   use result_types, only: derivative_rows_t
   use sensitivity_types, only: sensitivity_t
   implicit none
   private
-  public :: sensitivity_table_t, create_sensitivity_table, derivative_rows, write_sensitivities, &
-    close_sensitivity_table
+  public :: sensitivity_table_t, create_sensitivity_table, derivative_rows, write_sensitivities
 
   !> The table, open for writing.
   type :: sensitivity_table_t
@@ -27,11 +27,10 @@ contains
     character(*), intent(in) :: path !! file name
     type(model_t), intent(in) :: model !! title, pairs
     type(sensitivity_t), intent(in) :: s !! sets, parameters
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     integer :: i
 
     call create_text_file(table%file, path, error)
-    if (allocated(error)) return
     do i = 1, size(s%sets)
       table%quantity = max(table%quantity, len(s%sets(i)%s))
     end do
@@ -42,13 +41,12 @@ contains
       table%parameter = max(table%parameter, len(s%slopes(i)%name))
     end do
     call write_line(table%file, '# '//trim(adjustl(model%title)), error)
-    if (.not. allocated(error)) call write_line(table%file, '# derivatives of reactions (sets) '// &
+    call write_line(table%file, '# derivatives of reactions (sets) '// &
       'and of contact sums (pairs) by parameters', error)
-    if (.not. allocated(error)) call write_line(table%file, '#   step'//repeat(' ', 19)// &
-      'time  '//padded('quantity', table%quantity)//'  '//padded('parameter', table%parameter)// &
-      repeat(' ', 21)//'d1'//repeat(' ', 21)//'d2'//repeat(' ', 21)//'d3   kinks'// &
-      repeat(' ', 18)//'range', error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call write_line(table%file, '#   step'//repeat(' ', 19)// 'time  '//padded('quantity', &
+      table%quantity)//'  '//padded('parameter', table%parameter)// repeat(' ', 21)//'d1'// &
+      repeat(' ', 21)//'d2'//repeat(' ', 21)//'d3   kinks'// repeat(' ', 18)//'range', error)
+    call flush_text_file(table%file, error)
   end subroutine create_sensitivity_table
 
   !> The derivatives at one end time, sets before pairs; a range without an end is 0.
@@ -95,40 +93,16 @@ contains
     type(sensitivity_table_t), intent(inout) :: table !! open table
     type(state_t), intent(in) :: state !! step and time
     type(derivative_rows_t), intent(in) :: rows !! derivatives
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-    character(200) :: numbers
-    character(31) :: start
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
+    character(8) :: kinks
     integer :: i
 
-    write (start, '(i8,2x,es21.12e3)') state%step, state%time
     do i = 1, size(rows%kinks)
-      write (numbers, '(3(2x,es21.12e3),i8,2x,es21.12e3)') rows%values(1:3, i), rows%kinks(i), &
-        rows%values(4, i)
-      call write_line(table%file, start//'  '//padded(trim(rows%quantity(i)), table%quantity)// &
-        '  '//padded(trim(rows%parameter(i)), table%parameter)//trim(numbers), error)
-      if (allocated(error)) return
+      write (kinks, '(i8)') rows%kinks(i)
+      call write_line(table%file, row_start(state%step, state%time)//'  '// &
+        padded(trim(rows%quantity(i)), table%quantity)//'  '//padded(trim(rows%parameter(i)), &
+        table%parameter)//reals(rows%values(1:3, i))//kinks//reals(rows%values(4:4, i)), error)
     end do
     call flush_text_file(table%file, error)
   end subroutine write_sensitivities
-
-  !> Closes the table.
-  subroutine close_sensitivity_table(table, error)
-    type(sensitivity_table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call close_text_file(table%file, error)
-  end subroutine close_sensitivity_table
-
-  !> A name with blanks behind it, and underscores within.
-  pure function padded(name, width) result(t)
-    character(*), intent(in) :: name !! the name
-    integer, intent(in) :: width !! length of the result
-    character(width) :: t
-    integer :: i
-
-    t = name
-    do i = 1, len_trim(name)
-      if (t(i:i) == ' ') t(i:i) = '_'
-    end do
-  end function padded
 end module sensitivity_table

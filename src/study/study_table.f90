@@ -3,18 +3,12 @@ module study_table
   use kinds, only: wp
   use text, only: string_t
   use errors, only: error_t
-  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file, close_text_file
+  use text_files, only: text_file_t, create_text_file, write_line, flush_text_file
   use tables, only: table_t, create_reaction_table, write_rows, close_table
   use study_types, only: study_t
   implicit none
   private
-  public :: study_table_t, create_study_table, write_variant, close_study_table, result_t, &
-    write_reactions
-
-  !> The table, open for writing.
-  type :: study_table_t
-    type(text_file_t) :: file !! its file
-  end type study_table_t
+  public :: create_study_table, write_variant, result_t, write_reactions
 
   !> What a variant has come to.
   type :: result_t
@@ -29,19 +23,18 @@ contains
 
   !> Creates the table.
   subroutine create_study_table(table, path, title, study, sets, error)
-    type(study_table_t), intent(out) :: table !! the table, open
+    type(text_file_t), intent(out) :: table !! the table, open
     character(*), intent(in) :: path !! file name
     character(*), intent(in) :: title !! title of the deck
     type(study_t), intent(in) :: study !! its parameters
     type(string_t), intent(in) :: sets(:) !! sets of the reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: line
     integer :: i, k
 
-    call create_text_file(table%file, path, error)
-    if (allocated(error)) return
-    call write_line(table%file, '# '//trim(adjustl(title)), error)
-    if (.not. allocated(error)) call write_line(table%file, '# study '//study%name// &
+    call create_text_file(table, path, error)
+    call write_line(table, '# '//trim(adjustl(title)), error)
+    call write_line(table, '# study '//study%name// &
       ': reactions at the last output time of each variant', error)
     line = '# variant'
     do i = 1, size(study%varied)
@@ -54,17 +47,17 @@ contains
       end do
     end do
     line = line//'  iterations    cuts'
-    if (.not. allocated(error)) call write_line(table%file, line, error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call write_line(table, line, error)
+    call flush_text_file(table, error)
   end subroutine create_study_table
 
   !> Writes the row of one variant.
   subroutine write_variant(table, study, number, result, error)
-    type(study_table_t), intent(inout) :: table !! open table
+    type(text_file_t), intent(inout) :: table !! open table
     type(study_t), intent(in) :: study !! values
     integer, intent(in) :: number !! of the variant
     type(result_t), intent(in) :: result !! what it has come to
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     character(:), allocatable :: line
     character(23) :: number_text
     character(40) :: counts
@@ -85,8 +78,8 @@ contains
       end do
     end do
     write (counts, '(i12,i8)') result%iterations, result%cuts
-    call write_line(table%file, line//counts(:20), error)
-    if (.not. allocated(error)) call flush_text_file(table%file, error)
+    call write_line(table, line//counts(:20), error)
+    call flush_text_file(table, error)
   end subroutine write_variant
 
   !> A reaction at the last end time that was reached; zero before the first.
@@ -98,14 +91,6 @@ contains
     reaction = 0.0_wp
     if (result%step > 0) reaction = result%reactions(k, i, result%step)
   end function last_reaction
-
-  !> Closes the table.
-  subroutine close_study_table(table, error)
-    type(study_table_t), intent(inout) :: table !! the table
-    type(error_t), allocatable, intent(out) :: error !! file trouble
-
-    call close_text_file(table%file, error)
-  end subroutine close_study_table
 
   !> A name at the right end of a column.
   pure function right(name, width) result(t)
@@ -129,7 +114,7 @@ contains
     type(string_t), intent(in) :: sets(:) !! sets of the reactions
     real(wp), intent(in) :: times(:) !! end times
     type(result_t), intent(in) :: result !! its reactions
-    type(error_t), allocatable, intent(out) :: error !! file trouble
+    type(error_t), allocatable, intent(inout) :: error !! file trouble
     type(table_t) :: table
     character(8) :: text
     integer :: i
@@ -137,9 +122,8 @@ contains
     write (text, '(i0.3)') number
     call create_reaction_table(table, base//'.'//trim(text)//'.rea', title, sets, error)
     do i = 1, result%step
-      if (allocated(error)) return
       call write_rows(table, i, times(i), result%reactions(:, :, i), error)
     end do
-    if (.not. allocated(error)) call close_table(table, error)
+    call close_table(table, error)
   end subroutine write_reactions
 end module study_table

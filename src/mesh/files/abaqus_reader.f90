@@ -5,12 +5,11 @@ module abaqus_reader
   use file_cursor, only: cursor_t, start_cursor, fail, number_of, real_of
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, start_file_mesh, add_node, add_cell, add_group, &
-    add_member, add_remark, find_group, group_nodes, group_cells, &
-    rigid_cell
+    add_member, add_remark, group_nodes, group_cells, rigid_cell
   use abaqus_cards, only: card_t, next_card, next_data, next_item, card_parameter, has_parameter, &
     abaqus_shape
   use abaqus_assembly, only: assembly_t, find_parts, find_part, open_instance, moved, take_number
-  use abaqus_sets, only: requests_t, read_set, read_surface, read_section
+  use abaqus_sets, only: requests_t, read_set, read_surface, read_section, open_group
   use abaqus_groups, only: fill_groups
   implicit none
   private
@@ -257,10 +256,6 @@ contains
 
     name = card_parameter(card, parameter)
     group = 0
-    if (name == '') return
-    group = find_group(file, name, kind, scope)
-    if (group > 0) return
-    call add_group(file, name, kind, card%at, scope)
-    group = file%groups
+    if (name /= '') call open_group(name, kind, card%at, scope, file, group)
   end function wanted_group
 end module abaqus_reader

@@ -12,7 +12,7 @@ module abaqus_sets
   use abaqus_cards, only: card_t, next_data, next_item, card_parameter, has_parameter
   implicit none
   private
-  public :: request_t, requests_t, read_set, read_surface, read_section
+  public :: request_t, requests_t, read_set, read_surface, read_section, open_group
 
   !> Something that belongs to a group: a range of numbers, or all members of another group.
   type :: request_t

@@ -10,7 +10,7 @@ module file_cursor
   implicit none
   private
   public :: cursor_t, start_cursor, fail, read_line, read_number, read_size, read_real, &
-    skip_blanks, number_of, real_of
+    skip_blanks, find_item, number_of, real_of
 
   !> Most characters of the file that a message shows.
   integer, parameter :: most_characters = 24
@@ -98,6 +98,17 @@ contains
       cursor%at = cursor%at + 1
     end do
   end subroutine skip_blanks
+
+  !> Goes to the next item of a section, and says where messages about it point to: in a binary file
+  !! to the head of the section.
+  pure subroutine find_item(text, cursor, at)
+    character(*), intent(in) :: text !! the file
+    type(cursor_t), intent(inout) :: cursor !! the place
+    integer, intent(out) :: at !! character of the file
+
+    if (.not. cursor%binary) call skip_blanks(text, cursor)
+    at = merge(cursor%head, cursor%at, cursor%binary)
+  end subroutine find_item
 
   !> Blank, tab, carriage return or line feed.
   pure logical function is_blank(c)

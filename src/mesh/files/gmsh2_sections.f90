@@ -2,7 +2,7 @@
 module gmsh2_sections
   use kinds, only: wp
   use text, only: to_text
-  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, skip_blanks
+  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, find_item
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
   use gmsh_groups, only: from_gmsh, gmsh_shape
@@ -37,11 +37,9 @@ contains
     real(wp) :: x(3)
 
     call read_item_count(text, cursor, n)
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = item_start(cursor)
+    do i = 1, n
+      if (cursor%failed) exit
+      call find_item(text, cursor, at)
       call read_number(text, cursor, tag, 'the tag of a node')
       if (tag < 1) call fail(cursor, at, 'a node with tag '//to_text(tag), 'tags start at 1')
       do k = 1, 3
@@ -63,11 +61,9 @@ contains
     left = 0
     kind = 0
     tags = 0
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = item_start(cursor)
+    do i = 1, n
+      if (cursor%failed) exit
+      call find_item(text, cursor, at)
       if (cursor%binary .and. left == 0) then
         call read_number(text, cursor, kind, 'the type of elements')
         call read_number(text, cursor, left, 'the number of elements of a block')
@@ -105,9 +101,8 @@ contains
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
     group = 0
-    i = 0
-    do while (i < tags .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, tags
+      if (cursor%failed) exit
       call read_number(text, cursor, number, 'a tag of an element')
       if (i == 1 .and. number > -huge(number)) group = abs(number)
     end do
@@ -116,12 +111,4 @@ contains
     end do
     if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:n)), corners, group, at)
   end subroutine read_element
-
-  !> Where a message about the item at hand points to: in a binary file, the head of its section.
-  pure integer function item_start(cursor) result(at)
-    type(cursor_t), intent(in) :: cursor !! the place
-
-    at = cursor%at
-    if (cursor%binary) at = cursor%head
-  end function item_start
 end module gmsh2_sections

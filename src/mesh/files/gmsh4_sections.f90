@@ -2,7 +2,7 @@
 module gmsh4_sections
   use kinds, only: wp
   use text, only: to_text
-  use file_cursor, only: cursor_t, fail, read_number, read_size, read_real, skip_blanks
+  use file_cursor, only: cursor_t, fail, read_number, read_size, read_real, find_item
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
   use gmsh_groups, only: from_gmsh, physical_t, add_membership, gmsh_shape
@@ -23,9 +23,8 @@ contains
       call read_size(text, cursor, count(i), 'the number of entities')
     end do
     do dimension = 0, 3
-      i = 0
-      do while (i < count(dimension) .and. .not. cursor%failed)
-        i = i + 1
+      do i = 1, count(dimension)
+        if (cursor%failed) exit
         call read_entity(text, dimension, physical, cursor)
       end do
     end do
@@ -45,9 +44,8 @@ contains
       call read_real(text, cursor, unused, 'a bound of an entity')
     end do
     call read_size(text, cursor, n, 'the number of physical groups of an entity')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_number(text, cursor, tag, 'a physical group of an entity')
       ! a negative number says that the entity is reversed in the group
       if (.not. cursor%failed) call add_membership(physical, dimension, entity, &
@@ -55,9 +53,8 @@ contains
     end do
     if (dimension == 0) return
     call read_size(text, cursor, n, 'the number of boundaries of an entity')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_number(text, cursor, tag, 'a boundary of an entity')
     end do
   end subroutine read_entity
@@ -91,8 +88,9 @@ contains
       call read_number(text, cursor, entity, 'the entity of a block of nodes')
       call read_number(text, cursor, parametric, 'whether nodes are parametric')
       call read_size(text, cursor, n, 'the number of nodes of a block')
-      if (dimension < 0 .or. dimension > 3) call fail(cursor, block_start(cursor), &
-        'a block of nodes of dimension '//to_text(dimension), 'it is 0 to 3')
+      if (dimension < 0 .or. dimension > 3) call fail(cursor, &
+        merge(cursor%head, cursor%at, cursor%binary), 'a block of nodes of dimension '// &
+        to_text(dimension), 'it is 0 to 3')
       call read_node_block(text, n, merge(dimension, 0, parametric /= 0), file, cursor)
     end do
     if (.not. cursor%failed .and. file%nodes /= items) call fail(cursor, cursor%head, &
@@ -111,18 +109,16 @@ contains
     real(wp) :: unused
 
     first = file%nodes
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_size(text, cursor, tag, 'the tag of a node')
-      if (tag < 1) call fail(cursor, block_start(cursor), 'a node with tag 0', 'tags start at 1')
+      if (tag < 1) call fail(cursor, merge(cursor%head, cursor%at, cursor%binary), &
+        'a node with tag 0', 'tags start at 1')
       if (.not. cursor%failed) call add_node(file, tag, [0.0_wp, 0.0_wp, 0.0_wp], cursor%at)
     end do
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      file%node_at(first + i) = block_start(cursor)
+    do i = 1, n
+      if (cursor%failed) exit
+      call find_item(text, cursor, file%node_at(first + i))
       do k = 1, 3
         call read_real(text, cursor, file%x(k, first + i), 'a coordinate of a node')
       end do
@@ -147,8 +143,7 @@ contains
     b = 0
     do while (b < blocks .and. .not. cursor%failed)
       b = b + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = block_start(cursor)
+      call find_item(text, cursor, at)
       call read_number(text, cursor, dimension, 'the dimension of a block of elements')
       call read_number(text, cursor, entity, 'the entity of a block of elements')
       call read_number(text, cursor, kind, 'the type of a block of elements')
@@ -192,11 +187,9 @@ contains
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the block
     integer :: i, k, tag, nodes(most_nodes), at
 
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = block_start(cursor)
+    do i = 1, n
+      if (cursor%failed) exit
+      call find_item(text, cursor, at)
       call read_size(text, cursor, tag, 'the tag of an element')
       if (tag < 1) call fail(cursor, at, 'an element with tag 0', 'tags start at 1')
       do k = 1, shape(1)
@@ -206,12 +199,4 @@ contains
         shape(3), at)
     end do
   end subroutine read_element_block
-
-  !> Where a message about the item at hand points to: in a binary file, the head of its section.
-  pure integer function block_start(cursor) result(at)
-    type(cursor_t), intent(in) :: cursor !! the place
-
-    at = cursor%at
-    if (cursor%binary) at = cursor%head
-  end function block_start
 end module gmsh4_sections

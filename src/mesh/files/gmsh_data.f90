@@ -2,7 +2,7 @@
 module gmsh_data
   use kinds, only: wp
   use text, only: to_text
-  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, skip_blanks
+  use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, find_item
   use mesh_file_types, only: file_mesh_t, add_field, add_vector, add_remark
   implicit none
   private
@@ -27,12 +27,9 @@ contains
     if (kept) call add_field(file, name, cursor%head)
     if (.not. kept) call add_remark(file, 'element data '''//name//''' of '// &
       to_text(components)//' components left out')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
-      if (.not. cursor%binary) call skip_blanks(text, cursor)
-      at = cursor%at
-      if (cursor%binary) at = cursor%head
+    do i = 1, n
+      if (cursor%failed) exit
+      call find_item(text, cursor, at)
       call read_number(text, cursor, tag, 'the tag of an element')
       v = 0.0_wp
       do k = 1, components
@@ -61,24 +58,21 @@ contains
     cursor%binary = .false.
     call read_number(text, cursor, count, 'the number of names')
     call read_line(text, cursor, first, last, found)
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_line(text, cursor, first, last, found)
       if (.not. found) call fail(cursor, cursor%last, 'the file ends in $ElementData', &
         'is the file complete? write it again')
       if (i == 1 .and. last > first) name = text(first + 1:last - 1)
     end do
     call read_number(text, cursor, count, 'the number of real tags')
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_real(text, cursor, unused, 'a real tag')
     end do
     call read_number(text, cursor, count, 'the number of integer tags')
-    i = 0
-    do while (i < count .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, count
+      if (cursor%failed) exit
       call read_number(text, cursor, number, 'an integer tag')
       if (i == 2) components = number
       if (i == 3) n = number

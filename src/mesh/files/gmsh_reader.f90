@@ -157,9 +157,8 @@ contains
     binary = cursor%binary
     cursor%binary = .false.
     call read_number(text, cursor, n, 'the number of names')
-    i = 0
-    do while (i < n .and. .not. cursor%failed)
-      i = i + 1
+    do i = 1, n
+      if (cursor%failed) exit
       call read_number(text, cursor, dimension, 'the dimension of a group')
       call read_number(text, cursor, tag, 'the number of a group')
       call skip_blanks(text, cursor)
