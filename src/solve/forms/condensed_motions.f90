@@ -13,7 +13,8 @@ module condensed_motions
   implicit none
   private
   public :: fix_body, fixing_stiffness, find_ways, push_bodies, place_modes, add_motion, &
-    add_motion_inside, find_imbalance, sum_forces, push_live, in_lengths, add_live_motion, lost_digits, set_center
+    add_motion_inside, find_imbalance, sum_forces, push_live, in_lengths, add_live_motion, &
+    lost_digits, set_center
 
   !> Compliances of a body that contact alone holds may differ by this factor: the digits that it
   !! costs are missing where the body touches.
