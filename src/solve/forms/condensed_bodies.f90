@@ -287,8 +287,8 @@ contains
     associate (condensed => form%condensed, loads => model%conditions%loads)
       allocate (condensed%outer%pushes(sum(system%body%motions%n), size(loads)), source=0.0_wp)
       allocate (condensed%outer%influence(3, model%mesh%nodes, size(loads)), source=0.0_wp)
-      allocate (condensed%rigid%spring(sum(system%body%motions%n), sum(system%body%motions%n)), &
-        source=0.0_wp)
+      condensed%rigid%spring = reshape([real(wp) ::], [sum(system%body%motions%n), &
+        sum(system%body%motions%n)], [0.0_wp])
       do k = 1, size(loads)
         call add_displacement(loads(k), 1.0_wp, condensed%outer%influence(:, :, k))
         force = 0.0_wp
