@@ -4,7 +4,7 @@ module condensed_motions
   use kinds, only: wp
   use text, only: to_text
   use rigid_motions, only: choose_fixings, mode_row
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, condensed_body_t
   use block_matrix, only: find_block
   use costs, only: cost_t
   use condensation, only: solve_body
@@ -130,6 +130,21 @@ contains
     end do
   end subroutine push_bodies
 
+  !> What each motion of a body does to a node: rigid, or with what springs do to the body then.
+  pure function way_at(condensed, body, k, node) result(way)
+    type(condensed_t), intent(in) :: condensed !! reference positions
+    type(condensed_body_t), intent(in) :: body !! one of its bodies
+    integer, intent(in) :: k !! 1, 2 or 3
+    integer, intent(in) :: node !! the node
+    real(wp) :: way(body%motions%n)
+
+    if (allocated(body%ways)) then
+      way = body%ways(k, node, :)
+    else
+      way = mode_row(body%motions, k, condensed%rigid%x(:, node))
+    end if
+  end function way_at
+
   !> What the rigid motions of each body do to its candidates.
   pure subroutine place_modes(condensed)
     type(condensed_t), intent(inout) :: condensed !! candidates numbered; gets modes
@@ -144,12 +159,7 @@ contains
         body%modes = reshape([real(wp) ::], [body%m, body%motions%n], [0.0_wp])
         do i = 1, body%m
           associate (n => body%first + i)
-            if (allocated(body%ways)) then
-              body%modes(i, :) = body%ways(condensed%direction(n), condensed%node(n), :)
-              cycle
-            end if
-            body%modes(i, :) = mode_row(body%motions, condensed%direction(n), &
-              condensed%rigid%x(:, condensed%node(n)))
+            body%modes(i, :) = way_at(condensed, body, condensed%direction(n), condensed%node(n))
           end associate
         end do
       end associate
@@ -241,12 +251,7 @@ contains
         if (body%motions%n == 0) cycle
         associate (mine => alpha(body%first_mode + 1:body%first_mode + body%motions%n))
           do k = 1, 3
-            if (allocated(body%ways)) then
-              u(k, i) = u(k, i) + dot_product(body%ways(k, i, :), mine)
-            else
-              u(k, i) = u(k, i) + dot_product(mode_row(body%motions, k, condensed%rigid%x(:, i)), &
-                mine)
-            end if
+            u(k, i) = u(k, i) + dot_product(way_at(condensed, body, k, i), mine)
           end do
         end associate
       end associate

@@ -43,7 +43,7 @@ contains
     if (outcome /= solver_done) return
     associate (condensed => form%condensed)
       condensed%rigid%alpha = 0.0_wp
-      condensed%rigid%hold = spread(condensed%rigid%alpha, 2, condensed%rigid%modes)
+      condensed%rigid%spring = spread(condensed%rigid%alpha, 2, condensed%rigid%modes)
       condensed%outer%factors = [1.0_wp]
       condensed%outer%pushes = reshape(condensed%rigid%alpha, [condensed%rigid%modes, 1])
       u = free_forces(system)
@@ -113,7 +113,7 @@ contains
   !! that, and what resists it, eq. (7.21).
   subroutine find_modes(system, form, b)
     type(system_t), intent(in) :: system !! condensed
-    type(form_t), intent(inout) :: form !! gets modes of a body, pushes, hold
+    type(form_t), intent(inout) :: form !! gets modes of a body, pushes, spring
     integer, intent(in) :: b !! the body
     real(wp) :: way(3, size(system%u, 2)), spring(form%condensed%bodies(b)%motions%n)
     integer :: k, l
@@ -129,9 +129,9 @@ contains
           body%modes(k, l) = way(body%direction(body%equation(k)), body%node(body%equation(k)))
         end do
         condensed%outer%pushes(first + l, 1) = sum(way*free_forces(system))
-        condensed%rigid%hold(first + l, first + l) = spring(l)
+        condensed%rigid%spring(first + l, first + l) = spring(l)
         do k = 1, body%motions%n
-          associate (at => condensed%rigid%hold(first + k, first + l))
+          associate (at => condensed%rigid%spring(first + k, first + l))
             at = at - spring(k)*way(body%fixing_direction(k), body%fixing_node(k))
           end associate
         end do

@@ -47,13 +47,7 @@ contains
     call find_motions(system, form, unknowns)
     allocate (unknowns%hold(size(unknowns%load), size(unknowns%load)), source=0.0_wp)
     associate (modes => form%condensed%rigid%modes)
-      if (modes > 0) then
-        if (system%bulk%linear) then
-          unknowns%hold(:modes, :modes) = form%condensed%rigid%spring
-        else
-          unknowns%hold(:modes, :modes) = form%condensed%rigid%hold
-        end if
-      end if
+      if (modes > 0) unknowns%hold(:modes, :modes) = form%condensed%rigid%spring
     end associate
     call add_penalties(model, unknowns)
     call drop_supported(system%equation, unknowns)
@@ -108,7 +102,7 @@ contains
   !! multiplier carries no force along it, eq. (7.18).
   pure subroutine drop_supported(equation, unknowns)
     integer, intent(in) :: equation(:, :) !! (3, nodes) 0 where prescribed
-    type(mortar_system_t), intent(inout) :: unknowns !! gap, motion, push lose what supports carry
+    type(mortar_system_t), intent(inout) :: unknowns !! gap, motion lose what supports carry
     real(wp) :: q(3, 3)
     integer :: i
 

@@ -37,8 +37,8 @@ module mortar_unknowns
     !! deform, then those of rigid bodies with a point
     real(wp), allocatable :: push(:, :) !! (3 n, modes) work of the forces on these
     real(wp), allocatable :: load(:) !! (modes) that of the loads [force]
-    real(wp), allocatable :: hold(:, :) !! (modes, modes) what resists them in a bulk that is not
-    !! linear [force/length]
+    real(wp), allocatable :: hold(:, :) !! (modes, modes) what springs and stress do against them
+    !! [force/length]
     type(cone_of_node_t), allocatable :: cone(:) !! (n) laws
     real(wp), allocatable :: penalty(:) !! (n) compliance of a penalty, 0 for none [length/force]
   end type mortar_system_t

@@ -202,8 +202,8 @@ module condensed_types
     real(wp), allocatable :: imbalance_change(:) !! (modes) its direction [force]
     real(wp), allocatable :: hold(:, :) !! (modes, modes) what holds them in the tangent alone,
     !! times the compliance of their bodies
-    real(wp), allocatable :: spring(:, :) !! (modes, modes) what springs to ground do against them
-    !! [force/length]
+    real(wp), allocatable :: spring(:, :) !! (modes, modes) what resists them beside multipliers:
+    !! springs to ground and stress, eq. (7.21) [force/length]
     real(wp), allocatable :: loose(:, :) !! (modes, any) what contact leaves free while regularised
     real(wp) :: damping = 0.0_wp !! on them [force/length]
     real(wp), allocatable :: center(:) !! (modes) where it is measured from [length]

@@ -40,7 +40,8 @@ module system_parts
   type :: bodies_t
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
     integer :: bodies = 0 !! number of bodies
-    type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave
+    type(motions_t), allocatable :: motions(:) !! (bodies) rigid motions that supports leave;
+    !! springs hold some of them, but beside multipliers these count as well
     logical, allocatable :: fixed(:, :) !! (3, nodes) HOLD stops it, if there are such bodies
     logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: regularised(:) !! (bodies) held by soft springs in this iteration
