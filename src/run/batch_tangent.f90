@@ -4,7 +4,8 @@ module batch_tangent
   use errors, only: error_t
   use text, only: to_text
   use newton, only: newton_t, iterate, is_converged, outcome_going_on
-  use increment_start, only: take_overlaps, begin_at, choose_start
+  use increment_conditions, only: take_overlaps, begin_at
+  use increment_start, only: choose_start
   use target_passes, only: follow_solution, settle_touches
   use contact_system, only: load_contact
   use residuals, only: round_off_of, form_residual, residual_norm
@@ -38,7 +39,8 @@ contains
     run%augmentation = augmentation_t()
     if (is_passing(run%position)) return
     call take_overlaps(context%model, run%pending_time)
-    call begin_at(context%model, context%system, context%state, run%pending_time)
+    call begin_at(context%model, context%state, run%pending_time, context%system%equation, &
+      context%system%u, context%system%loads, context%system%tools)
   end subroutine prepare
 
   !> Makes the pending increment ready for iterations, once; without TIME before it, one at the
@@ -107,7 +109,8 @@ contains
       do pass = 1, most_target_passes
         call follow_solution(model, system, form, run%settings, monitor, run%progress, &
           run%converged)
-        if (run%converged) call settle_touches(model, system, monitor, run%converged)
+        if (run%converged) call settle_touches(model, system, form%costs, monitor, &
+          run%converged)
         if (run%converged) return
         call load_contact(model, system)
         call form%kind%couple(system, form)

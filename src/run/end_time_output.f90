@@ -59,15 +59,15 @@ contains
       context%sensitivity)
     call keep_touches(context%model, context%touched)
     call begin_writing()
-    call begin_cost(context%system%costs, cost_output)
+    call begin_cost(context%form%costs, cost_output)
     call write_row(context%files, context%model, context%system, context%form, context%state, &
       run%increment, context%audit, derivatives, error)
     if (fields_due(context%model%output, context%state%step)) call count_cost( &
-      context%system%costs, cost_fields, count([context%model%output%field, &
+      context%form%costs, cost_fields, count([context%model%output%field, &
       context%model%output%contact]))
-    context%system%costs%count(cost_flush) = context%files%results%file%flushes + &
+    context%form%costs%count(cost_flush) = context%files%results%file%flushes + &
       context%files%surfaces%file%flushes
-    call end_cost(context%system%costs, cost_output)
+    call end_cost(context%form%costs, cost_output)
     if (allocated(derivatives) .and. .not. allocated(error)) call write_sensitivities( &
       context%derivatives, context%state, derivatives, error)
     call end_writing()

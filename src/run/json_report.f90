@@ -56,12 +56,12 @@ contains
 
   !> The cost table of the log.
   subroutine tell_costs(context)
-    type(context_t), intent(in) :: context !! its log and its system have counted
+    type(context_t), intent(in) :: context !! its log and its form have counted
     character(:), allocatable :: rows
     integer :: i
 
     rows = ''
-    associate (log => context%files%log, costs => context%system%costs)
+    associate (log => context%files%log, costs => context%form%costs)
       do i = 1, n_costs
         rows = rows//object(item('name', trim(cost_names(i)))//item('count', costs%count(i))// &
           item('seconds', costs%seconds(i)))

@@ -7,7 +7,7 @@ module restored_balance
   use contact_parameters, only: first_raise
   use contact_system, only: load_contact
   use force_scales, only: force_scale
-  use increment_start, only: take_overlaps, begin_at
+  use increment_conditions, only: take_overlaps, begin_at
   use model_types, only: model_t
   use mortar_types, only: mortar_t
   use mortar_history, only: add_forces
@@ -70,15 +70,15 @@ contains
       share = max(share, least_augmented, over_left*model%pairs(k)%augment_tolerance)
     end do
     share = max(share, min(most, over_left*saved%residual))
-    share = share*computed_forces(system) + over_left*system%scale%round_off
-    support = norm2(merge(state%reaction - system%inner%bulk_force - system%contact_force &
+    share = share*computed_forces(system, form) + over_left*system%scale%round_off
+    support = norm2(merge(state%reaction - form%inner%bulk_force - system%contact_force &
       + system%loads%external, 0.0_wp, system%equation == 0))
     if (residual_norm(system, form) > share) then
       call refuse(path, saved, 'its residual is '//to_text(residual_norm(system, form), 3)// &
-        ', where forces are '//to_text(computed_forces(system), 3), error)
+        ', where forces are '//to_text(computed_forces(system, form), 3), error)
     else if (support > share) then
       call refuse(path, saved, 'its reactions differ by '//to_text(support, 3)// &
-        ' from the forces of its displacements, '//to_text(computed_forces(system), 3), error)
+        ' from the forces of its displacements, '//to_text(computed_forces(system, form), 3), error)
     end if
     form%kind = own
   end subroutine check_balance
@@ -92,7 +92,7 @@ contains
     integer :: k
 
     call take_overlaps(model, state%time)
-    call begin_at(model, system, state, state%time)
+    call begin_at(model, state, state%time, system%equation, system%u, system%loads, system%tools)
     system%u = state%u
     system%position%x_now = model%mesh%x + state%u
     do k = 1, size(model%pairs)
@@ -133,11 +133,12 @@ contains
   end subroutine weigh_multipliers
 
   !> Norm of loads, contact forces and forces of the supports as they follow from displacements.
-  pure real(wp) function computed_forces(system) result(norm)
+  pure real(wp) function computed_forces(system, form) result(norm)
     type(system_t), intent(in) :: system !! residual formed
+    type(form_t), intent(in) :: form !! forces of the bulk
 
     norm = norm2([norm2(system%loads%external), norm2(system%contact_force), norm2(merge( &
-      system%inner%bulk_force + system%contact_force, 0.0_wp, system%equation == 0))])
+      form%inner%bulk_force + system%contact_force, 0.0_wp, system%equation == 0))])
   end function computed_forces
 
   !> What the residual of an accepted state was, over the force scale.

@@ -36,7 +36,7 @@ contains
 
     associate (audit => context%audit, model => context%model, system => context%system, &
       form => context%form)
-      call begin_cost(system%costs, cost_audit)
+      call begin_cost(form%costs, cost_audit)
       before = audit%time
       last = context%state%step == context%monitor%steps
       full = audit%step == 0 .or. last
@@ -50,7 +50,7 @@ contains
       call context%monitor%event(audit_table(model, system, audit, full))
       if (context%terminal%json) call print_record('audit', audit_record(model, system, audit))
       call tell_warnings(context)
-      call end_cost(system%costs, cost_audit)
+      call end_cost(form%costs, cost_audit)
       if (any(audit%verdict([check_turning, check_volume]) == verdict_failed)) then
         call raise(error, exit_no_convergence, shape_message(model, system, audit, before))
       else if (audit%verdict(check_balance) == verdict_failed) then

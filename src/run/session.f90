@@ -4,7 +4,7 @@ module session
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck
   use text, only: to_text, count_noun
-  use costs, only: add_costs, begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
+  use costs, only: begin_cost, end_cost, wall_seconds, cost_reading, wall_seconds
   use blas_info, only: blas_name, is_reference_blas, set_blas_threads, start_blas
   use threads, only: set_threads, count_cores
   use version, only: program_version
@@ -88,7 +88,7 @@ contains
     context%parts = options%increments
     call set_blas_threads(1)
     context%form%whole%forced = options%solver
-    call begin_cost(context%system%costs, cost_reading)
+    call begin_cost(context%form%costs, cost_reading)
     call read_problem(options, context%model, commands, deck_text, context%sensitivity, study, &
       diagnostics, error)
     if (allocated(error)) return
@@ -97,7 +97,7 @@ contains
         to_text(count_ranks())//new_line('a')//'  run it without mpirun')
       return
     end if
-    call end_cost(context%system%costs, cost_reading)
+    call end_cost(context%form%costs, cost_reading)
     if (options%check) then
       call check_derivatives(context%model, context%sensitivity, diagnostics, error)
       if (.not. allocated(error)) call check_restart(options, context%model, error)
@@ -232,12 +232,11 @@ contains
         states%base, study, context, variant_seconds, error)
       if (allocated(error) .and. .not. study%active) call advise_restart(states, context, error)
       if (allocated(error)) call log_line(files%log, new_line('a')//error%message, trouble)
-      call add_costs(system%costs, form%costs)
-      call log_costs(files%log, system%costs, &
-        wall_seconds() - system%costs%started(cost_reading), variant_seconds, trouble)
+      call log_costs(files%log, form%costs, &
+        wall_seconds() - form%costs%started(cost_reading), variant_seconds, trouble)
       if (context%terminal%json) call tell_costs(context)
       call begin_writing()
-      call close_files(files, system%costs, trouble)
+      call close_files(files, form%costs, trouble)
       if (context%sensitivity%active) call close_text_file(context%derivatives%file, trouble)
       call end_writing()
     end associate

@@ -93,7 +93,7 @@ contains
     allocate (shared%energy(size(shared%plan%times)), source=0.0_wp)
     failed = 0
     began = wall_seconds()
-    before = context%system%costs%seconds + context%form%costs%seconds
+    before = context%form%costs%seconds
     do k = 1, size(study%order)
       if (stop_requested()) exit
       call run_variant(options, study, study%order(k), shared, context, base, result, error)
@@ -109,7 +109,7 @@ contains
         - began))
     end do
     call close_text_file(table, error)
-    seconds = [context%system%costs%seconds + context%form%costs%seconds - before, wall_seconds() &
+    seconds = [context%form%costs%seconds - before, wall_seconds() &
       - began]/real(size(study%order), wp)
     call context%monitor%event('study '//study%name//': factor, compliance, influence: '// &
       'shared by '//to_text(shared%with_factors)//' of '//to_text(size(study%order))//'; '// &
@@ -269,8 +269,7 @@ contains
       own_form%whole%forced = context%form%whole%forced
       call build_system(variant%model, own, own_form, state)
       call solve_variant(variant%model, own, own_form, state, shared, .false., result, trouble)
-      call add_costs(own%costs, own_form%costs)
-      call add_costs(context%system%costs, own%costs)
+      call add_costs(context%form%costs, own_form%costs)
       call free_condensed(own_form%condensed)
       call free_solver(own_form%whole%solver)
     end if

@@ -46,13 +46,13 @@ contains
     if (surface_only) then
       if (may_have_swollen(model, system, known, rest)) then
         u = system%u
-        force = system%inner%bulk_force
+        force = form%inner%bulk_force
         form%condensed%surface_only = .false.
         call recover_interior(system, form)
         call judge_volume(model, system, rest, audit)
         form%condensed%surface_only = .true.
         system%u = u
-        system%inner%bulk_force = force
+        form%inner%bulk_force = force
       end if
     else
       call judge_volume(model, system, rest, audit)

@@ -16,7 +16,6 @@ module full_answers
   use lever_sums, only: supported_nodes, loaded_nodes
   use sensitivity_types, only: sensitivity_t
   use system_types, only: form_t, system_t, state_t
-  use system_parts, only: whole_form_t
   implicit none
   private
   public :: start_full, solve_full, answer_full, full_reactions
@@ -127,7 +126,7 @@ contains
     real(wp) :: force(3, size(system%equation, 2))
     integer :: e
 
-    call stretch_bulk(model, system, form%whole, time, s, j, force)
+    call stretch_bulk(model, system, form, time, s, j, force)
     do e = 1, size(work%elements)
       if (system%contact%routine(e) == routine_none) cycle
       if (work%slopes(e)%status == status_open) cycle
@@ -139,29 +138,29 @@ contains
   end subroutine collect_forces
 
   !> Change of the forces of the bulk, less that of the loads: K du + dK u - dp.
-  subroutine stretch_bulk(model, system, whole, time, s, j, force)
+  subroutine stretch_bulk(model, system, form, time, s, j, force)
     type(model_t), intent(in) :: model !! loads
     type(system_t), intent(in) :: system !! bulk
-    type(whole_form_t), intent(in) :: whole !! matrix
+    type(form_t), intent(in) :: form !! matrix, forces of the bulk
     real(wp), intent(in) :: time !! end of the increment
     type(sensitivity_t), intent(in) :: s !! slopes, du
     integer, intent(in) :: j !! the parameter
     real(wp), intent(out) :: force(:, :) !! (3, nodes) [force]
     integer :: i
 
-    call multiply(whole%bulk_matrix, s%du(:, :, j), force)
+    call multiply(form%whole%bulk_matrix, s%du(:, :, j), force)
     do i = 1, size(force, 2)
       if (system%body%node_body(i) > 0) force(:, i) = force(:, i) &
-        + s%slopes(j)%stiffness(system%body%node_body(i))*system%inner%bulk_force(:, i)
+        + s%slopes(j)%stiffness(system%body%node_body(i))*form%inner%bulk_force(:, i)
     end do
     call add_changes(model, s%slopes(j), time, -1.0_wp, force)
   end subroutine stretch_bulk
 
   !> Derivatives of the reactions: what bulk and contact do at the supports, less the loads there.
-  subroutine full_reactions(model, system, whole, state, s)
+  subroutine full_reactions(model, system, form, state, s)
     type(model_t), intent(in) :: model !! sets, loads
     type(system_t), intent(in) :: system !! bulk
-    type(whole_form_t), intent(in) :: whole !! matrix
+    type(form_t), intent(in) :: form !! matrix, forces of the bulk
     type(state_t), intent(in) :: state !! time, reactions
     type(sensitivity_t), intent(inout) :: s !! du and force given; gets reaction, total
     real(wp) :: force(3, size(state%u, 2))
@@ -170,7 +169,7 @@ contains
     logical :: found
 
     do j = 1, size(s%slopes)
-      call stretch_bulk(model, system, whole, state%time, s, j, force)
+      call stretch_bulk(model, system, form, state%time, s, j, force)
       force(:, s%levers%loaded) = force(:, s%levers%loaded) + s%force(:, s%levers%loaded, j)
       where (system%equation > 0) force = 0.0_wp
       do i = 1, size(s%sets)

@@ -276,7 +276,7 @@ contains
     type(sensitivity_t), intent(inout) :: s !! force and du given; gets reaction, total, euler
 
     if (s%full) then
-      call full_reactions(model, system, form%whole, state, s)
+      call full_reactions(model, system, form, state, s)
     else
       call sum_supports(model, system, state, s)
     end if

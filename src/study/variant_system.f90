@@ -39,7 +39,7 @@ contains
     system%u = 0.0_wp
     form%du = 0.0_wp
     system%contact_force = 0.0_wp
-    system%inner%bulk_force = 0.0_wp
+    form%inner%bulk_force = 0.0_wp
     if (allocated(system%bulk%memory)) system%bulk%memory = 0.0_wp
     form%right = 0.0_wp
     system%place%targets = 0

@@ -111,7 +111,7 @@ contains
     audit%sum%whole = state%whole
     audit%sum%value = value
     if (size(value) > 0) audit%sum%factors = form%condensed%outer%factors
-    if (.not. system%bulk%linear) audit%strain_energy = system%inner%bulk_energy
+    if (.not. system%bulk%linear) audit%strain_energy = form%inner%bulk_energy
     call add_contact_energies(model, system, point_state, audit)
     audit%dissipation = 0.0_wp
     do k = 1, size(model%pairs)

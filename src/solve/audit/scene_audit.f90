@@ -10,8 +10,9 @@ module scene_audit
   use smooth_normals, only: project_on_master
   use facet_ratio, only: slave_over_master, mean_facet
   use mesh_building, only: model_size
-  use follower_pressure, only: add_pressure_force
-  use increment_start, only: begin_at
+  use follower_pressure, only: add_pressure_force, set_pressures
+  use loads, only: conditions_at
+  use system_parts, only: outer_t
   use system_types, only: system_t, state_t
   use body_measures, only: measure_bodies
   use body_volumes, only: find_volumes
@@ -107,9 +108,10 @@ contains
   !> What stays the same in a run, and what the first end time is compared with.
   subroutine begin_audit(model, system, state, audit)
     type(model_t), intent(in) :: model !! the problem, its pairs with their first targets
-    type(system_t), intent(inout) :: system !! just built; u and external are set anew
+    type(system_t), intent(in) :: system !! just built
     type(state_t), intent(in) :: state !! at rest, or the state restarted from
     type(audit_t), intent(out) :: audit !! ready for the first end time
+    type(outer_t) :: loads
     integer :: k
 
     call measure_bodies(model%mesh%x, system, audit%fixed%center, audit%fixed%reach, &
@@ -132,9 +134,11 @@ contains
     audit%sum%u = state%u
     audit%sum%force = state%reaction
     if (state%step > 0) then
-      call begin_at(model, system, state, state%time)
-      audit%sum%force = audit%sum%force + system%loads%external
-      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, system%loads, audit%sum%force)
+      loads = system%loads
+      call conditions_at(model, state%time, force=loads%external)
+      call set_pressures(model, state%time, loads)
+      audit%sum%force = audit%sum%force + loads%external
+      call add_pressure_force(model%mesh%x, state%u, 1.0_wp, loads, audit%sum%force)
       audit%sum%work_known = .false.
     end if
     audit%sum%force_before = norm2(audit%sum%force)

@@ -17,8 +17,8 @@ module condensed_form
   use foretold_forces, only: expect_without_friction, note_touching, take_rubbed
   use linear_sums, only: can_do_without, form_sums
   use system_types, only: form_t, form_kind_t, system_t, state_t
-  use system_parts, only: bodies_t, bulk_answer_t, rigid_part_t
-  use condensed_types, only: condensed_t
+  use system_parts, only: bodies_t, rigid_part_t
+  use condensed_types, only: condensed_t, center_t
   implicit none
   private
   public :: condensed_form_of_system
@@ -130,15 +130,12 @@ contains
   end subroutine gather
 
   !> Moves to the trial.
-  subroutine take_trial(form, length, u, tools, inner)
+  subroutine take_trial(form, length, u, tools)
     type(form_t), intent(inout) :: form !! trial given; forces and defects are moved
     real(wp), intent(in) :: length !! share of du
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
-    type(bulk_answer_t), intent(inout) :: inner !! forces inside wait until they are due
 
-    associate (unused => inner)
-    end associate
     call take_live(u, form)
     call take_rigid(u, tools)
     call take_condensed(form%condensed, length)
@@ -231,7 +228,7 @@ contains
 
   !> Norm of the damping's force, as far as the residual knows of it.
   pure real(wp) function damping_norm(system, form) result(norm)
-    type(system_t), intent(in) :: system !! damping, pseudo_step
+    type(system_t), intent(in) :: system !! damping and its place
     type(form_t), intent(in) :: form !! what the condensed form keeps
 
     norm = 0.0_wp
@@ -239,7 +236,7 @@ contains
       if (rigid%modes > 0) norm = norm2(rigid%damping*(rigid%alpha - rigid%center))
     end associate
     if (system%tools%unknowns > 0) norm = hypot(norm, system%body%damping* &
-      norm2(system%body%pseudo_step%gone))
+      norm2(system%body%damped_way))
   end function damping_norm
 
   !> Norm of the terms that the residual sums: contact forces, and those of bodies that move.
@@ -333,22 +330,24 @@ contains
   end subroutine accept
 
   !> A step of pseudo-time begins here.
-  subroutine note_center(form, damping)
-    type(form_t), intent(inout) :: form !! gets bulk_then, rigid_then
+  subroutine note_center(form, damping, center)
+    type(form_t), intent(inout) :: form !! gets where damping is measured from
     real(wp), intent(in) :: damping !! against rigid motions [force/length]
+    type(center_t), intent(inout) :: center !! gets forces, defects, motions
 
     call set_center(form%condensed, damping)
-    form%condensed%bulk_then = form%condensed%bulk
-    form%condensed%rigid_then = form%condensed%rigid
+    center%bulk = form%condensed%bulk
+    center%rigid = form%condensed%rigid
   end subroutine note_center
 
   !> Back to where the step began.
-  subroutine return_to_center(form, damping)
+  subroutine return_to_center(form, damping, center)
     type(form_t), intent(inout) :: form !! gets forces, defects, motions
     real(wp), intent(in) :: damping !! against rigid motions [force/length]
+    type(center_t), intent(inout) :: center !! those there
 
-    form%condensed%bulk = form%condensed%bulk_then
-    form%condensed%rigid = form%condensed%rigid_then
+    form%condensed%bulk = center%bulk
+    form%condensed%rigid = center%rigid
     form%condensed%rigid%damping = damping
   end subroutine return_to_center
 

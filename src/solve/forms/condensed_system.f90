@@ -374,7 +374,7 @@ contains
       where (system%equation > 0 .and. condensed%place == 0) system%u = form%du
       form%du = 0.0_wp
       call multiply_some(form%whole%bulk_matrix, any(system%equation == 0, 1), system%u, &
-        system%inner%bulk_force)
+        form%inner%bulk_force)
     end associate
   end subroutine recover_interior
 

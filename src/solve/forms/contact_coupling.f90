@@ -32,6 +32,7 @@ contains
       call fit_pattern(system, form)
     else
       call build_coupled(system, form)
+      system%place%coupled_targets = system%place%targets
     end if
     call locate_elements(form%whole%matrix, system%contact)
   end subroutine couple_full
@@ -77,8 +78,8 @@ contains
 
   !> Builds the pattern of bulk and contact elements anew.
   subroutine build_coupled(system, form)
-    type(system_t), intent(inout) :: system !! gets matrix, csc; the factor starts anew
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(system_t), intent(in) :: system !! contact elements
+    type(form_t), intent(inout) :: form !! gets matrix, csc; the factor starts anew
 
     call begin_cost(form%costs, cost_pattern)
     form%whole%apart = stays_apart(system, form%whole)
@@ -93,7 +94,6 @@ contains
     end if
     call build_free(system, form)
     call start_pattern(form%whole%solver)
-    system%place%coupled_targets = system%place%targets
     call end_cost(form%costs, cost_pattern)
   end subroutine build_coupled
 
@@ -122,6 +122,7 @@ contains
       end do
     end do
     call build_coupled(system, form)
+    system%place%coupled_targets = targets
     call locate_elements(form%whole%matrix, system%contact)
   end subroutine couple_full_as_saved
 

@@ -14,7 +14,7 @@ module full_form
   use full_tangent, only: form_tangent
   use contact_coupling, only: couple_full, couple_full_as_saved
   use system_types, only: form_t, form_kind_t, system_t
-  use system_parts, only: bulk_answer_t, rigid_part_t
+  use system_parts, only: rigid_part_t
   implicit none
   private
   public :: full_form_of_system, free_values
@@ -53,17 +53,17 @@ contains
 
   !> Internal force at u.
   subroutine find_bulk_force(system, form, x)
-    type(system_t), intent(inout) :: system !! u given; gets bulk_force
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! gets bulk_force
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
-    call form_bulk_force(x, system, form%whole)
+    call form_bulk_force(x, system, form)
   end subroutine find_bulk_force
 
   !> Internal force at the trial.
   subroutine try_bulk_force(system, form, x)
-    type(system_t), intent(inout) :: system !! trial given; gets bulk_force
-    type(form_t), intent(inout) :: form !! trial given; gets matrix
+    type(system_t), intent(in) :: system !! u given
+    type(form_t), intent(inout) :: form !! trial given; gets bulk_force
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call form_bulk_trial(x, system, form)
@@ -79,16 +79,15 @@ contains
   end subroutine place_trial
 
   !> Moves to the trial.
-  subroutine take_trial(form, length, u, tools, inner)
+  subroutine take_trial(form, length, u, tools)
     type(form_t), intent(inout) :: form !! bulk_change, trial
     real(wp), intent(in) :: length !! share of du
     real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
     type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
-    type(bulk_answer_t), intent(inout) :: inner !! gets bulk_force
 
     u = form%trial
     call take_rigid(u, tools)
-    inner%bulk_force = inner%bulk_force + length*form%bulk_change
+    form%inner%bulk_force = form%inner%bulk_force + length*form%bulk_change
   end subroutine take_trial
 
   !> Tangent, factor, direction. Bodies that tracks alone were thought to hold are regularised if
@@ -243,7 +242,7 @@ contains
 
   !> Norm of the damping's force.
   pure real(wp) function damping_norm(system, form) result(norm)
-    type(system_t), intent(in) :: system !! damping, pseudo_step
+    type(system_t), intent(in) :: system !! damping and its place
     type(form_t), intent(in) :: form !! it moves all nodes
     real(wp) :: share(system%body%bodies)
     integer :: i
@@ -253,9 +252,9 @@ contains
     do i = 1, size(form%du, 2)
       if (system%body%node_body(i) == 0) cycle
       norm = hypot(norm, share(system%body%node_body(i))*norm2(pack(system%u(:, i) &
-        - system%body%pseudo_step%u(:, i), system%equation(:, i) > 0)))
+        - system%body%damped_from(:, i), system%equation(:, i) > 0)))
     end do
-    norm = hypot(norm, system%body%damping*norm2(system%body%pseudo_step%gone))
+    norm = hypot(norm, system%body%damping*norm2(system%body%damped_way))
   end function damping_norm
 
   !> Norm of the direction.

@@ -16,6 +16,7 @@ module mortar_bulk
   use force_scales, only: least_forces, force_scale
   use residuals, only: residual_norm, round_off_factor
   use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t
   implicit none
   private
   public :: linearise_bulk, take_gaps, move_bulk, is_in_balance
@@ -34,7 +35,7 @@ contains
     integer :: b, i
 
     u = system%u
-    if (system%inner%linearised) u = system%inner%u_start
+    if (form%inner%linearised) u = form%inner%u_start
     call condense_at(system, form, u, spread(.true., 1, system%body%bodies), outcome)
     if (outcome == solver_not_definite .and. form%condensed%refusals == 0) then
       form%condensed%refusals = 1
@@ -46,7 +47,7 @@ contains
       condensed%rigid%spring = spread(condensed%rigid%alpha, 2, condensed%rigid%modes)
       condensed%outer%factors = [1.0_wp]
       condensed%outer%pushes = reshape(condensed%rigid%alpha, [condensed%rigid%modes, 1])
-      u = free_forces(system)
+      u = free_forces(system, form%inner)
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
@@ -102,11 +103,12 @@ contains
   end subroutine take_gaps
 
   !> Forces out of balance without contact.
-  pure function free_forces(system) result(force)
-    type(system_t), intent(in) :: system !! loads, bulk_force
+  pure function free_forces(system, inner) result(force)
+    type(system_t), intent(in) :: system !! loads
+    type(bulk_answer_t), intent(in) :: inner !! bulk_force
     real(wp) :: force(3, size(system%u, 2))
 
-    force = merge(system%loads%external - system%inner%bulk_force, 0.0_wp, system%equation > 0)
+    force = merge(system%loads%external - inner%bulk_force, 0.0_wp, system%equation > 0)
   end function free_forces
 
   !> What fixings let a body do for a unit at each of them, the work of forces out of balance on
@@ -128,7 +130,7 @@ contains
         do k = 1, body%m
           body%modes(k, l) = way(body%direction(body%equation(k)), body%node(body%equation(k)))
         end do
-        condensed%outer%pushes(first + l, 1) = sum(way*free_forces(system))
+        condensed%outer%pushes(first + l, 1) = sum(way*free_forces(system, form%inner))
         condensed%rigid%spring(first + l, first + l) = spring(l)
         do k = 1, body%motions%n
           associate (at => condensed%rigid%spring(first + k, first + l))
@@ -184,7 +186,7 @@ contains
       do b = 1, size(condensed%bodies)
         associate (body => condensed%bodies(b))
           if (.not. allocated(body%node)) cycle
-          call answer_body(body, free_forces(system) + fixing_forces(system, form, b, &
+          call answer_body(body, free_forces(system, form%inner) + fixing_forces(system, form, b, &
             fixing_stiffness(form, b)*condensed%rigid%alpha(body%first_mode + 1:body%first_mode &
             + body%motions%n)), &
             condensed%bulk%force(body%first + 1:body%first + body%m), form%costs, form%du)
@@ -192,10 +194,10 @@ contains
       end do
     end associate
     where (system%equation == 0) form%du = 0.0_wp
-    call bulk_step(x, system%bulk, system%u, system%inner, form%du, share)
+    call bulk_step(x, system%bulk, system%u, form%inner, form%du, share)
     system%u = system%u + share*form%du
-    system%inner%linearised = .false.
-    call form_bulk_force(x, system, form%whole)
+    form%inner%linearised = .false.
+    call form_bulk_force(x, system, form)
     call form%kind%gather(system, form, 0.0_wp, .false.)
     system%scale%seen_forces = least_forces(system, form)
   end subroutine move_bulk

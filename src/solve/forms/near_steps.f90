@@ -72,9 +72,9 @@ contains
     real(wp) :: rest(size(form%right))
     integer :: i
 
-    if (system%inner%linearised) form%kind%near = form%condensed%preconditions .and. &
-      length >= 1.0_wp .and. system%inner%inverted == 0
-    if (system%inner%linearised .or. .not. form%kind%near) return
+    if (form%inner%linearised) form%kind%near = form%condensed%preconditions .and. &
+      length >= 1.0_wp .and. form%inner%inverted == 0
+    if (form%inner%linearised .or. .not. form%kind%near) return
     rest = form%right
     associate (condensed => form%condensed)
       do i = 1, condensed%alive%n_live

@@ -27,9 +27,9 @@ contains
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
 
     call begin_cost(form%costs, cost_residual)
-    if (associated(form%kind%find_bulk_force) .and. .not. system%inner%known) &
+    if (associated(form%kind%find_bulk_force) .and. .not. form%inner%known) &
       call form%kind%find_bulk_force(system, form, x)
-    system%inner%known = .false.
+    form%inner%known = .false.
     call system%terms%contact_forces(system%contact, x, system%u, system%contact_force)
     call form%kind%gather(system, form, 0.0_wp, .false.)
     call end_cost(form%costs, cost_residual)
@@ -61,10 +61,10 @@ contains
     if (.not. any(model%pairs%smooth)) return
     if (associated(form%kind%refresh)) call form%kind%refresh(form, system%u)
     system%position%x_now = model%mesh%x + system%u
-    call begin_cost(system%costs, cost_search)
+    call begin_cost(form%costs, cost_search)
     call system%terms%bend_surfaces(model, system%place, system%u, system%contact)
-    call end_cost(system%costs, cost_search)
-    system%inner%known = .true.
+    call end_cost(form%costs, cost_search)
+    form%inner%known = .true.
     call form_residual(system, form, model%mesh%x)
   end subroutine follow_shape
 

@@ -82,7 +82,7 @@ contains
 
     doubtful = .false.
     if (.not. form%kind%near) return
-    form%kind%near = jumps_little(x, system)
+    form%kind%near = jumps_little(x, system, form%inner)
     doubtful = .not. form%kind%near
   end subroutine doubt_start
 
@@ -189,7 +189,7 @@ contains
     integer :: k
 
     do k = 1, size(system%u, 2)
-      form%trial(:, k) = matmul(system%inner%rows(:, :, k), abs(system%u(:, k)))
+      form%trial(:, k) = matmul(form%inner%rows(:, :, k), abs(system%u(:, k)))
     end do
     where (system%equation == 0) form%trial = 0.0_wp
     terms = norm2(form%trial)

@@ -22,7 +22,7 @@ contains
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
         form%right(system%equation(k, i)) = system%loads%external(k, i) - &
-          system%inner%bulk_force(k, i) - length*form%bulk_change(k, i) - system%contact_force(k, i)
+          form%inner%bulk_force(k, i) - length*form%bulk_change(k, i) - system%contact_force(k, i)
       end do
     end do
     if (system%body%damping > 0.0_wp) then
@@ -32,7 +32,7 @@ contains
         call add_damping(system, form%right, system%u)
       end if
     end if
-    call gather_points(system, form, length, tried, nodal_forces(system, form%bulk_change, length))
+    call gather_points(system, form, length, tried, nodal_forces(system, form, length))
   end subroutine gather_right
 
   !> The same for the unknowns of rigid bodies with a point.
@@ -47,11 +47,11 @@ contains
     if (tried) then
       call add_rigid_right(form%right, system%tools, form%trial, .true., force)
       if (system%body%damping > 0.0_wp) call add_rigid_damping(system, form%right, &
-        system%body%pseudo_step%gone + length*form%solution(system%equations + 1:))
+        system%body%damped_way + length*form%solution(system%equations + 1:))
     else
       call add_rigid_right(form%right, system%tools, system%u, .false., force)
       if (system%body%damping > 0.0_wp) call add_rigid_damping(system, form%right, &
-        system%body%pseudo_step%gone)
+        system%body%damped_way)
     end if
   end subroutine gather_points
 
@@ -78,7 +78,7 @@ contains
       do k = 1, 3
         if (system%equation(k, i) == 0) cycle
         right(system%equation(k, i)) = right(system%equation(k, i)) - &
-          share(system%body%node_body(i))*(u(k, i) - system%body%pseudo_step%u(k, i))
+          share(system%body%node_body(i))*(u(k, i) - system%body%damped_from(k, i))
       end do
     end do
   end subroutine add_damping
@@ -94,13 +94,13 @@ contains
   end function damping_shares
 
   !> What acts on the nodes: applied - internal forces.
-  pure function nodal_forces(system, bulk_change, length) result(force)
-    type(system_t), intent(in) :: system !! forces given
-    real(wp), intent(in) :: bulk_change(:, :) !! (3, nodes) K du [force]
+  pure function nodal_forces(system, form, length) result(force)
+    type(system_t), intent(in) :: system !! loads, forces of contact
+    type(form_t), intent(in) :: form !! bulk_force, bulk_change
     real(wp), intent(in) :: length !! share of bulk_change
     real(wp) :: force(3, size(system%equation, 2))
 
-    force = system%loads%external - system%inner%bulk_force - length*bulk_change - &
+    force = system%loads%external - form%inner%bulk_force - length*form%bulk_change - &
       system%contact_force
   end function nodal_forces
 end module right_side

@@ -13,7 +13,7 @@ module system_building
   use springs, only: start_springs
   use rigid_bodies, only: start_rigid
   use rigid_paths, only: count_rigid
-  use supports, only: find_floating_bodies
+  use supports, only: find_floating_bodies, floating_with_points
   use full_form, only: full_form_of_system
   use term_choice, only: terms_of_system
   use held_bodies, only: fix_held
@@ -29,8 +29,8 @@ contains
   !> Everything a run needs, at time 0.
   subroutine build_system(model, system, form, state)
     type(model_t), intent(inout) :: model !! pairs get their first targets
-    type(system_t), intent(inout) :: system !! filled; its costs go on counting
-    type(form_t), intent(inout) :: form !! the linearised system in its form
+    type(system_t), intent(inout) :: system !! filled
+    type(form_t), intent(inout) :: form !! filled; its costs go on counting
     type(state_t), intent(out) :: state !! at rest
 
     call outline_system(model, system, form, state)
@@ -47,7 +47,8 @@ contains
     system%terms = terms_of_system()
     call list_contact(model, system%contact, system%place)
     system%scale%facet_size = mean_master(model)
-    call build_bulk(model, system, form)
+    call build_bulk(model, system%u, system%loads, system%bulk, system%volumes, &
+      system%scale%stiffest, form)
   end subroutine fill_system
 
   !> Bodies, equations, and the first targets of the contact points.
@@ -70,7 +71,9 @@ contains
     if (allocated(model%conditions%pressures)) then
       if (size(model%conditions%pressures) > 0) call list_pressures(model, system%loads)
     end if
-    call find_floating_bodies(model%mesh%x, any(model%pairs%mortar), system)
+    call find_floating_bodies(model%mesh%x, system%equation, system%loads, any( &
+      model%pairs%mortar), system%body)
+    system%body%floating = floating_with_points(model%mesh%x, system)
     call allocate_vectors(model%mesh%nodes, system, form, state)
     do k = 1, size(model%pairs)
       call start_pair(model%pairs(k), model%mesh%x)
@@ -116,7 +119,7 @@ contains
     type(state_t), intent(inout) :: state !! gets its vectors
 
     allocate (system%u(3, nodes), form%du(3, nodes), form%trial(3, nodes), &
-      system%loads%external(3, nodes), system%inner%bulk_force(3, nodes), form%bulk_change(3, &
+      system%loads%external(3, nodes), form%inner%bulk_force(3, nodes), form%bulk_change(3, &
       nodes), system%contact_force(3, nodes), system%position%left(3, nodes), &
       system%position%carried(3, nodes), system%position%x_old(3, nodes), system%position%x_now(3, &
       nodes), system%position%x_ahead(3, nodes), source=0.0_wp)

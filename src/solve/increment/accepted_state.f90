@@ -19,6 +19,7 @@ module accepted_state
   use mortar_points, only: keep_points
   use friction_laws, only: keeps_path
   use apex_ways, only: way_of_apex
+  use system_parts, only: bulk_answer_t
   implicit none
   private
   public :: accept, complete_state
@@ -46,27 +47,27 @@ contains
     state%began = state%time
     state%time = time
     if (state%whole) then
-      call take_reactions(model, system, state)
+      call take_pressure_force(model%mesh%x, system%u, system%loads, form%inner)
+      call take_reactions(system, form%inner, state)
     else
       call take_sums(form%condensed)
     end if
     system%position%x_now = model%mesh%x + state%u
     call settle_contact(model, system)
-    call count_cost(system%costs, cost_cells, sum(model%pairs%history%cuts))
+    call count_cost(form%costs, cost_cells, sum(model%pairs%history%cuts))
     model%pairs%history%cuts = 0
     call remember_bulk(system%bulk, model%mesh%x, system%u)
     call rest_solver(form%whole%solver)
   end subroutine accept
 
   !> Forces of the supports, from those of the bulk.
-  subroutine take_reactions(model, system, state)
-    type(model_t), intent(in) :: model !! mesh
-    type(system_t), intent(inout) :: system !! bulk_force given
+  subroutine take_reactions(system, inner, state)
+    type(system_t), intent(in) :: system !! loads, forces of contact
+    type(bulk_answer_t), intent(in) :: inner !! bulk_force
     type(state_t), intent(inout) :: state !! gets reaction, rigid
 
-    call take_pressure_force(model%mesh%x, system%u, system%loads, system%inner)
     where (system%equation == 0)
-      state%reaction = system%inner%bulk_force + system%contact_force - system%loads%external
+      state%reaction = inner%bulk_force + system%contact_force - system%loads%external
     else where
       state%reaction = 0.0_wp
     end where
@@ -85,7 +86,8 @@ contains
     call form%kind%recover(system, form)
     state%whole = .true.
     state%u = system%u
-    call take_reactions(model, system, state)
+    call take_pressure_force(model%mesh%x, system%u, system%loads, form%inner)
+    call take_reactions(system, form%inner, state)
   end subroutine complete_state
 
   !> Hands status and apexes of the elements to the working points of the pairs, and what friction

@@ -7,7 +7,7 @@ module attempt_paths
   use first_touch, only: begin_touch_again
   use softening, only: begin_softening
   use force_scales, only: force_scale
-  use pseudo_time, only: let_free, pseudo_patience
+  use pseudo_time, only: let_free, pseudo_patience, pseudo_time_t
   use newton, only: newton_t
   use attempts, only: attempt_t, trail_t, start_chosen, start_same, start_other, path_penalties, &
     path_damping, multipliers_along, multipliers_rest_first
@@ -44,7 +44,8 @@ contains
     call go_to_start(attempt%start, start, trail%carried_left, model, system, form, monitor)
     if (attempt%start /= start_chosen) progress = newton_t()
     now = settings
-    if (attempt%path == path_damping) call begin_drift(model, system, form, settings, now)
+    if (attempt%path == path_damping) call begin_drift(model, system, form, settings, now, &
+      progress%pseudo_time)
     if (attempt%path == path_penalties) then
       call solve_from_soft(model, system, form, time, settings, monitor, progress)
     else if (attempt%multipliers == multipliers_along) then
@@ -54,7 +55,8 @@ contains
     else
       call solve_from_start(model, system, form, time, now, monitor, progress)
     end if
-    if (attempt%path == path_damping) call let_free(system%body, form)
+    if (attempt%path == path_damping) call let_free(progress%pseudo_time, system%body, &
+      form)
   end subroutine try_attempt
 
   !> Where an attempt starts; those with a continuation of their own start where the bodies were.
@@ -77,12 +79,13 @@ contains
   end subroutine go_to_start
 
   !> From where the bodies were, with damping and more patience than usual.
-  subroutine begin_drift(model, system, form, settings, patient)
+  subroutine begin_drift(model, system, form, settings, patient, pseudo_time)
     type(model_t), intent(inout) :: model !! pairs: working points
-    type(system_t), intent(inout) :: system !! left given; u becomes the start, gets first_damping
+    type(system_t), intent(inout) :: system !! left given; u becomes the start
     type(form_t), intent(inout) :: form !! its kind given; gets matrix
     type(settings_t), intent(in) :: settings !! tolerances
     type(settings_t), intent(out) :: patient !! those with damping
+    type(pseudo_time_t), intent(inout) :: pseudo_time !! gets first_damping
     real(wp) :: norm
 
     call leave_bodies(system%u, system%position, system%tools)
@@ -90,7 +93,7 @@ contains
     patient = settings
     patient%most_solves = pseudo_patience*settings%most_solves
     patient%most_passes = pseudo_patience*settings%most_passes
-    system%body%first_damping = max(force_scale(system%scale), &
+    pseudo_time%first_damping = max(force_scale(system%scale), &
       norm)/(damping_way*max(system%scale%facet_size, tiny(1.0_wp)))
   end subroutine begin_drift
 end module attempt_paths

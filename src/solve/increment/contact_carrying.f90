@@ -15,6 +15,7 @@ module contact_carrying
   use rigid_motions, only: mode_row
   use rigid_bodies, only: carry_rigid
   use system_types, only: system_t, state_t
+  use system_parts, only: bodies_t, rigid_part_t, positions_t
   implicit none
   private
   public :: carry_with_contact
@@ -77,7 +78,8 @@ contains
     before = fit%apart
     call solve_fit(fit, info)
     if (info /= 0 .or. fit%apart > fitting*before) return
-    call carry(model%mesh%x, system, state%u, fit)
+    call carry(model%mesh%x, state%u, fit, system%equation, system%bulk%linear, system%body, &
+      system%tools, system%position)
     found = .true.
   end subroutine carry_with_contact
 
@@ -290,34 +292,38 @@ contains
   end subroutine solve_fit
 
   !> Moves the bodies.
-  subroutine carry(x, system, u_old, fit)
+  subroutine carry(x, u_old, fit, equation, linear, body, tools, position)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! carried, rigid: moved
     real(wp), intent(in) :: u_old(:, :) !! (3, nodes) last converged displacements [length]
     type(fit_t), intent(in) :: fit !! the motions
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    logical, intent(in) :: linear !! the bulk is: bodies turn by little
+    type(bodies_t), intent(in) :: body !! connected bodies
+    type(rigid_part_t), intent(inout) :: tools !! rigid bodies go along
+    type(positions_t), intent(inout) :: position !! carried is moved
     real(wp) :: motion(6), turn(3, 3), middle(3)
     integer :: b, i, k
 
-    do b = 1, system%body%bodies
+    do b = 1, body%bodies
       if (fit%first(b) < 0) cycle
       if (fit%rigid(b) > 0) then
-        associate (rigid => system%tools%rigid(fit%rigid(b)))
+        associate (rigid => tools%rigid(fit%rigid(b)))
           call carry_rigid(rigid, fit%right(fit%first(b) + 1:fit%first(b) + &
-            size(rigid%unknown)), system%position%carried)
+            size(rigid%unknown)), position%carried)
         end associate
         cycle
       end if
-      associate (motions => system%body%motions(b), u => system%position%carried)
+      associate (motions => body%motions(b), u => position%carried)
         motion = matmul(motions%basis(:, :motions%n), fit%right(fit%first(b) + 1:fit%first(b) + &
           motions%n))
         turn = rotation_matrix(motion(4:6)/motions%size) - identity
-        middle = middle_of(system%position%x_old, system%body%node_body == b)
+        middle = middle_of(position%x_old, body%node_body == b)
         motion(:3) = motion(:3) + cross(motion(4:6)/motions%size, middle - motions%center)
         do i = 1, size(x, 2)
-          if (system%body%node_body(i) /= b) cycle
-          if (system%bulk%linear .or. motions%n < 6) then
+          if (body%node_body(i) /= b) cycle
+          if (linear .or. motions%n < 6) then
             do k = 1, 3
-              if (system%equation(k, i) > 0) u(k, i) = u(k, i) + dot_product(mode_row(motions, k, &
+              if (equation(k, i) > 0) u(k, i) = u(k, i) + dot_product(mode_row(motions, k, &
                 x(:, i)), fit%right(fit%first(b) + 1:fit%first(b) + motions%n))
             end do
           else

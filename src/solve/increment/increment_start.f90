@@ -1,19 +1,18 @@
-!> Where an increment starts from: conditions at its end, bodies carried along or left where they
-!! were, targets and residual there.
+!> Where an increment starts from: bodies carried along or left where they were, targets and
+!! residual there.
 !!
 !! `prepare_start` places the two starts, `left` and `carried` of `system%position`; `choose_start`
 !! takes one. A further predictor moves `carried` in the former, as `carry_bodies` does, or is tried
 !! before the choice in the latter, as `start_carried`.
 module increment_start
   use kinds, only: wp
-  use loads, only: conditions_at, load_factor
-  use follower_pressure, only: set_pressures
-  use rigid_bodies, only: begin_rigid, return_rigid, forget_carrying
+  use rigid_bodies, only: return_rigid, forget_carrying
   use model_types, only: model_t
   use contact_cells, only: forget_first_cells
   use contact_parameters, only: shifts_gap
   use contact_system, only: restart_points, move_targets, load_contact
   use first_touch, only: begin_touch, begin_touch_again
+  use touch_bodies, only: find_held
   use softening, only: begin_softening
   use expected_status, only: expect_status
   use point_status, only: forget_expected
@@ -27,8 +26,7 @@ module increment_start
   use system_types, only: form_t, system_t, state_t
   implicit none
   private
-  public :: take_overlaps, begin_at, prepare_start, choose_start, start_here, start_again, &
-    start_rubbing
+  public :: prepare_start, choose_start, start_here, start_again, start_rubbing
 
   !> Bodies that contact carries along start there if the residual is not more than so many times
   !! what it is without.
@@ -59,31 +57,6 @@ contains
     call forget_expected(system%contact)
   end subroutine start_again
 
-  !> SHRInk: what of the overlaps of the start is not taken up at `time`.
-  pure subroutine take_overlaps(model, time)
-    type(model_t), intent(inout) :: model !! tables; pairs: withheld
-    real(wp), intent(in) :: time !! end of the increment
-    integer :: k
-
-    do k = 1, size(model%pairs)
-      if (model%pairs(k)%shrinking%shrink >= 0) model%pairs(k)%shrinking%withheld = 1.0_wp - &
-        load_factor(model%tables, model%pairs(k)%shrinking%shrink, time)
-    end do
-  end subroutine take_overlaps
-
-  !> Prescribed displacements and applied forces at `time`.
-  subroutine begin_at(model, system, state, time)
-    type(model_t), intent(in) :: model !! conditions and loads
-    type(system_t), intent(inout) :: system !! gets u (prescribed values) and external
-    type(state_t), intent(in) :: state !! last converged state
-    real(wp), intent(in) :: time !! end of the increment
-
-    call conditions_at(model, time, displacement=system%u, force=system%loads%external)
-    where (system%equation > 0) system%u = state%u
-    call begin_rigid(model, system%u, system%tools, state, time)
-    call set_pressures(model, time, system%loads)
-  end subroutine begin_at
-
   !> Scales, first touches and the two starts of an increment: where the bodies were, and carried
   !! along.
   subroutine prepare_start(model, system, form, state, time, foretold)
@@ -93,15 +66,17 @@ contains
     type(state_t), intent(in) :: state !! last converged state
     real(wp), intent(in) :: time !! end of the increment
     logical, intent(out) :: foretold !! carried is in balance with forces that are foretold
+    logical :: held(0:system%body%bodies)
     integer :: k
 
     do k = 1, size(model%pairs)
       call forget_first_cells(model%pairs(k))
     end do
     system%scale = scales_of(model%mesh%x, state, system)
-    call begin_touch(model, system, time - state%time)
+    call find_held(model, system, held)
+    call begin_touch(model, system%position, system%body, held, time - state%time, system%touch)
     call begin_softening(model, system%softening)
-    call start_bulk(state%u, system%bulk, system%inner, form)
+    call start_bulk(state%u, system%bulk, form)
     system%position%left = system%u
     system%position%carried = system%u
     if (system%bulk%linear) then
@@ -226,7 +201,7 @@ contains
     if (.not. taken) return
     if (associated(form%kind%note_moved)) call form%kind%note_moved(system, form)
     system%position%x_now = model%mesh%x + system%u
-    call move_targets(model, system, settings%extrapolation, changes)
+    call move_targets(model, system, form%costs, settings%extrapolation, changes)
   end subroutine start_rubbing
 
   !> Target facets and residual at the present u. A solve that follows needs not form them again,
@@ -239,11 +214,11 @@ contains
     integer :: changes
 
     call return_rigid(system%u, system%tools)
-    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, form)
     system%position%x_now = model%mesh%x + system%u
     if (size(model%pairs) > 0) then
-      call restart_points(model, system%costs, system%position)
-      call move_targets(model, system, 0.0_wp, changes)
+      call restart_points(model, form%costs, system%position)
+      call move_targets(model, system, form%costs, 0.0_wp, changes)
       call load_contact(model, system)
     end if
     system%place%coupled = .false.

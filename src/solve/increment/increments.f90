@@ -1,9 +1,9 @@
 !> One increment: its start and the ways to solve it.
 module increments
   use kinds, only: wp
-  use threads, only: notice_others
   use model_types, only: model_t
-  use increment_start, only: take_overlaps, begin_at, choose_start
+  use increment_conditions, only: take_overlaps, begin_at
+  use increment_start, only: choose_start
   use touch_types, only: touch_waits
   use solver_choice, only: choose_solver
   use newton, only: newton_t, outcome_converged, outcome_restless
@@ -47,7 +47,6 @@ contains
     logical :: known, missed
     integer :: look
 
-    call notice_others()
     call choose_solver(model, system, form, monitor)
     model%pairs%history%softened = is_stiff(model%pairs)
     system%position%x_old = model%mesh%x + state%u
@@ -61,7 +60,7 @@ contains
       return
     end if
     do look = 1, most_looks
-      call begin_at(model, system, state, time)
+      call begin_at(model, state, time, system%equation, system%u, system%loads, system%tools)
       call choose_start(model, system, form, state, time, monitor)
       call follow_plan(model, system, form, time, settings, failed, monitor, progress)
       if (any(model%pairs%history%crowded)) call tell_crowded(model, monitor)

@@ -45,13 +45,13 @@ contains
     still = .false.
     cut_at = system%position%x_ahead
     form%kind%near = .false.
-    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, system%inner, form)
-    call form_bulk_force(model%mesh%x, system, form%whole)
+    call return_bulk(model%mesh%x, system%bulk, system%volumes, system%loads, form)
+    call form_bulk_force(model%mesh%x, system, form)
     call load_contact(model, system)
     call couple_condensed(system, form)
     do round = 1, most_rounds
       progress%outcome = outcome_restless
-      call weigh_all(model, system, waits)
+      call weigh_all(model, system, waits, form%costs)
       call take_gaps(model, system, form, last, unknowns)
       associate (z => local_forces(model, unknowns))
         call spread_forces(model, system%contact_force, form%condensed)
@@ -106,7 +106,7 @@ contains
       end if
     end associate
     still = result%steps + result%repeated == 0
-    call take_result(model, unknowns, result, progress, system%costs)
+    call take_result(model, unknowns, result, progress, form%costs)
     if (progress%outcome /= outcome_converged) return
     call spread_forces(model, system%contact_force, form%condensed)
     form%condensed%rigid%alpha = result%motion

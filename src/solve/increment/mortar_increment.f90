@@ -10,7 +10,8 @@ module mortar_increment
   use mortar_rounds, only: most_rounds, law_share, weigh_all, cut_moved, take_result, tell, show_all
   use mortar_bulk_rounds, only: follow_bulk
   use mortar_touch, only: find_touched
-  use increment_start, only: begin_at, prepare_start
+  use increment_conditions, only: begin_at
+  use increment_start, only: prepare_start
   use contact_system, only: restart_points, move_targets, load_contact
   use condensed_system, only: couple_condensed, restore_forces, find_defects, &
     place_candidates
@@ -55,7 +56,7 @@ contains
       progress%outcome = outcome_memory
       return
     end if
-    call begin_at(model, system, state, time)
+    call begin_at(model, state, time, system%equation, system%u, system%loads, system%tools)
     call prepare_start(model, system, form, state, time, foretold)
     ! a body that contact alone holds may need the friction of its new nodes
     waits = system%touch%stage == touch_waits .and. .not. any(system%body%floating)
@@ -66,17 +67,17 @@ contains
     do k = 1, size(model%pairs)
       model%pairs(k)%nodes = model%pairs(k)%old_nodes
     end do
-    call restart_points(model, system%costs, system%position)
+    call restart_points(model, form%costs, system%position)
     do k = 1, size(model%pairs)
       model%pairs(k)%history%softened = .false.
       model%pairs(k)%history%raise = 1.0_wp
     end do
-    call move_targets(model, system, 0.0_wp, changes)
+    call move_targets(model, system, form%costs, 0.0_wp, changes)
     if (system%bulk%linear) call restore_forces(form%condensed)
     if (system%bulk%linear .and. form%condensed%rigid%modes > 0) call find_defects(system, form)
     call follow(model, system, form, waits, time, settings, monitor, progress)
     if (.not. waits .or. progress%outcome /= outcome_converged) return
-    call find_touched(model, system, touched)
+    call find_touched(model, system, form%costs, touched)
     if (.not. touched) return
     call monitor%detail('  slave nodes have touched first in this increment: friction from there')
     call follow(model, system, form, .false., time, settings, monitor, progress)
@@ -127,7 +128,7 @@ contains
       if (round > most_rounds .and. .not. gets_on) exit
       gets_on = .false.
       progress%outcome = outcome_restless
-      call weigh_all(model, system, waits, same)
+      call weigh_all(model, system, waits, form%costs, same)
       same = same .and. round > 1
       if (same) then
         call return_to_balance(model, system, form, settings, unknowns, left, allowed)
@@ -143,9 +144,9 @@ contains
         before = left
       end if
       if (.not. same) then
-        call begin_cost(system%costs, cost_node_compliance)
+        call begin_cost(form%costs, cost_node_compliance)
         call build_mortar(model, system, form, unknowns)
-        call end_cost(system%costs, cost_node_compliance)
+        call end_cost(form%costs, cost_node_compliance)
         call forget_factor(factor)
       end if
       call solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
@@ -171,7 +172,7 @@ contains
     call couple_condensed(system, form)
     ! under new loads old forces put bodies that contact holds anywhere
     if (form%condensed%rigid%modes + system%tools%unknowns > 0) return
-    call weigh_all(model, system, waits)
+    call weigh_all(model, system, waits, form%costs)
     if (any([(any(abs(model%pairs(k)%nodes%force) > 0.0_wp), k=1, size(model%pairs))])) &
       call move_bodies(model, system, form)
   end subroutine foretell
@@ -232,7 +233,7 @@ contains
         call solve_multipliers(unknowns, z, alpha, factor, result)
       end if
     end associate
-    call take_result(model, unknowns, result, progress, system%costs)
+    call take_result(model, unknowns, result, progress, form%costs)
     associate (modes => form%condensed%rigid%modes)
       form%condensed%rigid%alpha = result%motion(:modes)
       if (system%tools%unknowns > 0) call move_rigid(system%equations, system%u, system%tools, &

@@ -35,10 +35,11 @@ module mortar_rounds
 contains
 
   !> Weights and frames at the present positions; whether the multipliers are those of before.
-  subroutine weigh_all(model, system, waits, same)
+  subroutine weigh_all(model, system, waits, costs, same)
     type(model_t), intent(inout) :: model !! pairs: multipliers
-    type(system_t), intent(inout) :: system !! contact elements; cost table
+    type(system_t), intent(in) :: system !! contact elements, positions
     logical, intent(in) :: waits !! nodes that were open have no friction yet
+    type(cost_t), intent(inout) :: costs !! cost table
     logical, intent(out), optional :: same !! nothing has come or gone
     type(mortar_t) :: nodes
     logical :: kept
@@ -59,7 +60,7 @@ contains
           nodes%criterion = pair%nodes%criterion
         end if
         pair%nodes = nodes
-        call count_cost(system%costs, cost_weighed, nodes%n)
+        call count_cost(costs, cost_weighed, nodes%n)
       end associate
     end do
   end subroutine weigh_all
@@ -84,7 +85,7 @@ contains
 
     changes = 0
     if (maxval(abs(system%position%x_now - cut_at)) <= hardly*system%scale%facet_size) return
-    call move_targets(model, system, settings%extrapolation, changes)
+    call move_targets(model, system, form%costs, settings%extrapolation, changes)
     cut_at = system%position%x_now
     if (changes == 0) return
     call load_contact(model, system)

@@ -8,7 +8,7 @@ module mortar_touch
   use mortar_points, only: weigh_pair
   use contact_types, only: forget_moves
   use element_types, only: status_open, routine_none
-  use costs, only: count_cost, cost_touch
+  use costs, only: cost_t, count_cost, cost_touch
   use first_touch, only: find_free_way
   use touch_path, only: way_before, closing_time
   use system_types, only: system_t
@@ -23,9 +23,10 @@ contains
 
   !> After the pass without friction: whether nodes have touched that it waits for, and when the
   !! first of each body did.
-  subroutine find_touched(model, system, touched)
+  subroutine find_touched(model, system, costs, touched)
     type(model_t), intent(inout) :: model !! pairs with their multipliers; moves of cells count anew
     type(system_t), intent(inout) :: system !! touch gets ways and first touches
+    type(cost_t), intent(inout) :: costs !! cost table
     logical, intent(out) :: touched !! some have
     real(wp), allocatable :: gap(:)
     integer :: k, i, body
@@ -37,7 +38,7 @@ contains
       end associate
     end do
     if (.not. touched) return
-    call count_cost(system%costs, cost_touch, 1)
+    call count_cost(costs, cost_touch, 1)
     system%touch%x_end = system%position%x_now
     call find_free_way(model, system%equation, system%touch, system%body, system%position)
     do k = 1, size(model%pairs)

@@ -33,11 +33,12 @@ contains
     type(settings_t) :: now
 
     now = settings
-    now%coarsely = system%body%first_damping <= 0.0_wp
+    now%coarsely = progress%pseudo_time%first_damping <= 0.0_wp
     call solve_with_targets(model, system, form, time, now, monitor, progress)
     rested = progress%outcome == outcome_converged
     if (.not. rested) return
-    if (system%body%first_damping > 0.0_wp) call let_free(system%body, form)
+    if (progress%pseudo_time%first_damping > 0.0_wp) call let_free( &
+      progress%pseudo_time, system%body, form)
     now = settings
     now%most_solves = progress%solves + settings%most_solves
     call come_along(model, system, form, time, now, monitor, progress)
@@ -81,7 +82,7 @@ contains
       call follow_freely(model, system, form, time, settings, monitor, progress)
     end if
     budget = settings
-    augmentation%gentle = system%body%first_damping > 0.0_wp
+    augmentation%gentle = progress%pseudo_time%first_damping > 0.0_wp
     do while (progress%outcome == outcome_converged)
       call check_gaps(model, system, augmentation, monitor)
       if (augmentation%closed) return

@@ -18,6 +18,7 @@ module target_passes
   use newton_settings, only: settings_t
   use system_types, only: form_t, system_t
   use text, only: to_text, count_noun
+  use costs, only: cost_t
   implicit none
   private
   public :: solve_with_targets, follow_solution, settle_touches
@@ -60,7 +61,7 @@ contains
         progress%outcome = outcome_singular
         return
       end if
-      call settle_touches(model, system, monitor, settled)
+      call settle_touches(model, system, form%costs, monitor, settled)
       if (settled) return
       call start_rubbing(model, system, form, settings)
       pass = 0
@@ -94,7 +95,7 @@ contains
       call monitor%detail('  the smooth surface has changed its shape')
       return
     end if
-    call move_targets(model, system, settings%extrapolation, changes)
+    call move_targets(model, system, form%costs, settings%extrapolation, changes)
     if (changes > 0) then
       call monitor%detail('  '//to_text(changes)//' contact points moved to another facet')
     end if
@@ -115,14 +116,15 @@ contains
 
   !> After a solve that has settled: points whose friction has waited get their apexes; if there are
   !! none, those that slip begin to soften.
-  subroutine settle_touches(model, system, monitor, settled)
+  subroutine settle_touches(model, system, costs, monitor, settled)
     type(model_t), intent(inout) :: model !! pairs: start apexes
     type(system_t), intent(inout) :: system !! touch
+    type(cost_t), intent(inout) :: costs !! cost table
     class(monitor_t), intent(inout) :: monitor !! hears of it
     logical, intent(out) :: settled !! there is no such point
     integer :: touches, softer
 
-    call find_touches(model, system, touches)
+    call find_touches(model, system, costs, touches)
     settled = touches == 0
     if (.not. settled) call monitor%detail('  '//count_noun(touches, 'contact point')// &
       ' touched first in this increment: friction from there')

@@ -5,6 +5,7 @@
 !! cut: `solve_increment` leaves the last converged state alone, and starts from it again.
 module stepping
   use kinds, only: wp
+  use threads, only: notice_others
   use errors, only: error_t, raise, exit_no_convergence, exit_resources
   use text, only: to_text
   use memory, only: memory_text
@@ -65,6 +66,7 @@ contains
       end do
       time = begin + (end_time - begin)*(real(done + part, wp)/real(finest_division, wp))
       if (done + part == finest_division) time = end_time
+      call notice_others()
       call solve_increment(model, system, form, state, time, settings, failed, monitor, progress)
       if (progress%outcome == outcome_converged) then
         call monitor%accepted(model, system, form, state)

@@ -27,13 +27,13 @@ contains
 
     associate (search => settings%search, start => progress%start)
       if (system%body%damping > 0.0_wp) then
-        call search_line(system, form, x, search, start, system%body%pseudo_step%iterations == 0, &
+        call search_line(system, form, x, search, start, progress%pseudo_time%iterations == 0, &
           .true., longest, length)
       else if (any(system%body%regularised)) then
         call approach(system, form, x, search, start, longest, length)
       else
         call search_line(system, form, x, search, start, progress%updated .or. &
-          system%inner%linearised .or. any(system%contact%hold), progress%since_lowest < &
+          form%inner%linearised .or. any(system%contact%hold), progress%since_lowest < &
           search%circling, longest, length)
       end if
     end associate
@@ -52,7 +52,7 @@ contains
     length = closing_length(x, system, form)
     if (length < longest) then
       call form_trial(system, form, x, length)
-      call form%kind%take_trial(form, length, system%u, system%tools, system%inner)
+      call form%kind%take_trial(form, length, system%u, system%tools)
     else
       call search_line(system, form, x, search, start, .false., .true., longest, length)
     end if
@@ -96,7 +96,7 @@ contains
         if (has_energy(system, form) .and. work > 0.0_wp .and. &
           start > round_off_factor*system%scale%round_off) then
           call search_energy(system, form, x, search, longest, work, length)
-          call form%kind%take_trial(form, length, system%u, system%tools, system%inner)
+          call form%kind%take_trial(form, length, system%u, system%tools)
           return
         end if
       end if
@@ -107,7 +107,7 @@ contains
       if (start <= round_off_factor*system%scale%round_off) length = 0.0_wp
       call form_trial(system, form, x, length)
     end if
-    call form%kind%take_trial(form, length, system%u, system%tools, system%inner)
+    call form%kind%take_trial(form, length, system%u, system%tools)
   end subroutine search_line
 
   !> The equations are those of a least energy, by the tangent at hand: a direction leads down.

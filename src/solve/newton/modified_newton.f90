@@ -69,17 +69,17 @@ contains
         modified%settled = after > 0.5_wp*before .and. work <= tolerance*first_energy .and. &
           all(status == system%contact%status)
         found = (after <= share*before .or. (after <= before .and. modified%settled)) .and. &
-          system%inner%inverted == 0
+          form%inner%inverted == 0
       end if
       if (.not. found) then
         call stay(model, system, form)
         return
       end if
       if (associated(form%kind%note_repeated)) call form%kind%note_repeated(form, after/before)
-      call form%kind%take_trial(form, 1.0_wp, system%u, system%tools, system%inner)
+      call form%kind%take_trial(form, 1.0_wp, system%u, system%tools)
       if (system%motion%active) call settle_multipliers(system%motion, 1.0_wp)
       modified%steps = modified%steps + 1
-      call count_cost(system%costs, cost_modified_newton, 1)
+      call count_cost(form%costs, cost_modified_newton, 1)
       if (modified%bends) then
         call follow_shape(model, system, form)
         after = residual_norm(system, form)
@@ -137,7 +137,7 @@ contains
     real(wp) :: share
 
     call form%kind%repeat_direction(system, form, found)
-    if (found) call system%terms%step_share(model%mesh%x, system%bulk, system%u, system%inner, &
+    if (found) call system%terms%step_share(model%mesh%x, system%bulk, system%u, form%inner, &
       form%du, share)
     if (found) found = share >= 1.0_wp
     if (found .and. system%motion%active) &

@@ -50,7 +50,7 @@ contains
     class(monitor_t), intent(inout) :: monitor !! hears of each iteration
     type(newton_t), intent(inout) :: progress !! counts on
 
-    call begin_pseudo_time(system%u, system%tools, system%inner%bulk_force, system%body, form)
+    call begin_pseudo_time(progress%pseudo_time, system%u, system%tools, system%body, form)
     if (.not. system%place%begun) call form_residual(system, form, model%mesh%x)
     system%place%begun = .false.
     system%contact%slip_before = 0.0_wp
@@ -86,22 +86,23 @@ contains
 
     do
       system%scale%round_off = round_off_of(system, form, model%mesh%x)
-      call settle_pseudo_step(system, form, model%mesh%x, progress%halved, rests, hopeless)
+      call settle_pseudo_step(progress%pseudo_time, system, form, model%mesh%x, progress%halved, &
+        rests, hopeless)
       if (.not. rests) exit
       if (.not. is_converged(system, form, settings, progress)) exit
-      if (.not. system%inner%linearised) then
+      if (.not. form%inner%linearised) then
         sound = settings%coarsely
         if (.not. sound) call look_again(system, form, model%mesh%x, settings, sound)
         if (sound) call judge_multipliers(model, system, progress)
         exit
       end if
-      system%inner%linearised = .false.
+      form%inner%linearised = .false.
       call form_residual(system, form, model%mesh%x)
-      if (system%inner%inverted > 0) progress%outcome = outcome_inverted
+      if (form%inner%inverted > 0) progress%outcome = outcome_inverted
       if (progress%outcome /= outcome_going_on) exit
     end do
     if (progress%outcome /= outcome_going_on) return
-    if (system%body%step_done) then
+    if (progress%pseudo_time%step_done) then
       progress%outcome = outcome_step_done
     else if (progress%solves >= settings%most_solves) then
       progress%outcome = outcome_too_many
@@ -179,11 +180,11 @@ contains
     logical :: dropped
 
     call begin_iteration(report)
-    if (any(system%body%floating) .and. system%body%pseudo_step%iterations == 0) then
+    if (any(system%body%floating) .and. progress%pseudo_time%iterations == 0) then
       call close_bodies(model%mesh%x, system, form, dropped)
       if (dropped .and. associated(form%kind%note_moved)) call form%kind%note_moved(system, form)
-      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time(system%u, &
-        system%tools, system%inner%bulk_force, system%body, form)
+      if (dropped .and. system%body%damping > 0.0_wp) call begin_pseudo_time( &
+        progress%pseudo_time, system%u, system%tools, system%body, form)
       if (dropped) call form_residual(system, form, model%mesh%x)
     end if
     progress%start = residual_norm(system, form)
@@ -209,7 +210,7 @@ contains
       form%kind%defect_energy(form)
     progress%most_energy = max(progress%energy, progress%most_energy)
     if (progress%solves == 1) progress%first_energy = max(progress%energy, settings%first_energy)
-    call system%terms%step_share(model%mesh%x, system%bulk, system%u, system%inner, form%du, &
+    call system%terms%step_share(model%mesh%x, system%bulk, system%u, form%inner, form%du, &
       longest)
     if (longest < shortest_step) then
       progress%outcome = outcome_inverted
@@ -217,13 +218,13 @@ contains
     end if
     longest = min(longest, longest_step(system, form%du))
     call choose_length(system, form, model%mesh%x, settings, progress, longest, length)
-    if (system%body%damping > 0.0_wp) call count_way(system%equations, system%body, form%solution, &
-      length)
+    if (system%body%damping > 0.0_wp) call count_way(progress%pseudo_time, system%equations, &
+      system%body, form%solution, length)
     if (associated(form%kind%judge_step)) call form%kind%judge_step(system, form, progress%start, &
       length)
-    progress%linearised = system%inner%linearised
-    system%inner%linearised = .false.
-    if (system%inner%inverted > 0) then
+    progress%linearised = form%inner%linearised
+    form%inner%linearised = .false.
+    if (form%inner%inverted > 0) then
       progress%outcome = outcome_inverted
       return
     end if
@@ -233,7 +234,7 @@ contains
     if (is_close(progress)) call follow_shape(model, system, form)
     progress%updated = .false.
     progress%energy_met = .false.
-    if (length >= 1.0_wp .and. system%body%pseudo_step%iterations <= 1) &
+    if (length >= 1.0_wp .and. progress%pseudo_time%iterations <= 1) &
       progress%energy_met = meets_energy(system, form, settings, progress)
     progress%share = residual_norm(system, form)/max(progress%start, tiny(1.0_wp))
     progress%halved = progress%share <= 0.5_wp

@@ -8,6 +8,7 @@ module newton_progress
   use parallel, only: any_rank
   use element_types, only: status_open
   use residuals, only: residual_norm, round_off_factor
+  use pseudo_time, only: pseudo_time_t
   use force_scales, only: force_scale, in_bounds, least_meaning
   use newton_settings, only: settings_t, tol_energy, tol_residual
   use system_types, only: form_t, system_t
@@ -91,6 +92,7 @@ module newton_progress
     integer :: misfits = 0 !! iterations in balance whose multipliers did not fit
     logical :: linearised = .false. !! the last iteration had the bulk's tangent of the last state
     logical :: energy_met = .false. !! the last full step met the energy tolerance
+    type(pseudo_time_t) :: pseudo_time !! damping on floating bodies, and its steps
     integer :: outcome = outcome_going_on !! one of the outcomes
   end type newton_t
 

@@ -61,7 +61,7 @@ contains
     if (progress%outcome == outcome_restless) text = text//nl//'  between two facets: ' &
       //restless_point(model)//nl//settle_advice(model, cut)
     if (progress%outcome == outcome_inverted) then
-      text = text//nl//inverted_element(model, system%inner)
+      text = text//nl//inverted_element(model, form%inner)
       return
     end if
     if (progress%outcome == outcome_gaps) then

@@ -11,6 +11,7 @@ module free_bodies
   use held_bodies, only: fixing_reaction
   use diagnosis, only: body_name, named_motion, is_held
   use system_types, only: form_t, system_t
+  use system_parts, only: bulk_answer_t
   implicit none
   private
   public :: tell_free_bodies, sort_motions
@@ -29,7 +30,7 @@ contains
     integer :: b, k, n, pivot(6)
 
     if (.not. allocated(monitor%told)) allocate (monitor%told(system%body%bodies), source=.false.)
-    if (allocated(system%body%fixed)) call tell_fixed(model, system, monitor)
+    if (allocated(system%body%fixed)) call tell_fixed(model, system, form%inner, monitor)
     if (.not. any(system%body%floating)) return
     do b = 1, system%body%bodies
       if (.not. system%body%floating(b) .or. monitor%told(b)) cycle
@@ -53,9 +54,10 @@ contains
   end subroutine tell_free_bodies
 
   !> Tells once of each body that HOLD stops at fixings, where no pair can hold it.
-  subroutine tell_fixed(model, system, monitor)
+  subroutine tell_fixed(model, system, inner, monitor)
     type(model_t), intent(in) :: model !! mesh
     type(system_t), intent(in) :: system !! converged
+    type(bulk_answer_t), intent(in) :: inner !! forces of the bulk
     class(monitor_t), intent(inout) :: monitor !! hears of it once
     integer :: b, n
 
@@ -65,7 +67,7 @@ contains
       monitor%told(b) = .true.
       call monitor%event('  HOLD: '//body_name(model, system, b)//' has '//count_noun(n, &
         'rigid motion')//' without resistance and is held; the reaction of that is '// &
-        to_text(fixing_reaction(system, b), 3))
+        to_text(fixing_reaction(system, inner, b), 3))
     end do
   end subroutine tell_fixed
 

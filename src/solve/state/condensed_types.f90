@@ -8,7 +8,7 @@ module condensed_types
   implicit none
   private
   public :: condensed_t, condensed_body_t, near_compliance_t, contact_tangent_t, contact_block_t, &
-    columns_t, defects_t, carried_t, influence_t, linear_sums_t, &
+    columns_t, defects_t, carried_t, center_t, influence_t, linear_sums_t, &
     body_sums_t, seen_t, near_field_t, tree_t
   public :: turns_not, turns_freely
 
@@ -248,6 +248,12 @@ module condensed_types
     real(wp) :: defect_share = 1.0_wp !! what the trial leaves of it
   end type defects_t
 
+  !> Where a step of pseudo-time began.
+  type :: center_t
+    type(carried_t) :: rigid !! rigid motions there
+    type(defects_t) :: bulk !! forces that the bulk bears there
+  end type center_t
+
   !> All bodies with contact, the loads' influence, and the contact forces of the iterate.
   type :: condensed_t
     logical :: active = .false. !! this form is in use
@@ -275,8 +281,6 @@ module condensed_types
     type(point_border_t) :: points !! unknowns of rigid bodies with a point
     type(live_t) :: alive !! live candidates
     type(defects_t) :: bulk !! forces that the bulk bears
-    type(carried_t) :: rigid_then !! motions where a step of pseudo-time began
-    type(defects_t) :: bulk_then !! forces there
     type(linear_sums_t) :: sums !! over supports and loads
     logical :: goes_on = .false. !! no state has been saved since the increment before: its factor
     !! may serve again

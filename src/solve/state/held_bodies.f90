@@ -6,7 +6,7 @@ module held_bodies
   use model_types, only: model_t
   use rigid_motions, only: motions_t, find_motions, choose_fixings
   use system_types, only: system_t
-  use system_parts, only: bodies_t
+  use system_parts, only: bodies_t, bulk_answer_t
   implicit none
   private
   public :: fix_held, fixing_reaction, supports_of
@@ -45,15 +45,16 @@ contains
   end subroutine fix_held
 
   !> What the fixings of a body carry.
-  pure real(wp) function fixing_reaction(system, body) result(force)
-    type(system_t), intent(in) :: system !! converged: forces of the bulk
+  pure real(wp) function fixing_reaction(system, inner, body) result(force)
+    type(system_t), intent(in) :: system !! converged
+    type(bulk_answer_t), intent(in) :: inner !! forces of the bulk
     integer, intent(in) :: body !! the body
     integer :: i
 
     force = 0.0_wp
     do i = 1, size(system%body%node_body)
       if (system%body%node_body(i) /= body) cycle
-      force = hypot(force, norm2(pack(system%inner%bulk_force(:, i) &
+      force = hypot(force, norm2(pack(inner%bulk_force(:, i) &
         - system%loads%external(:, i), system%body%fixed(:, i))))
     end do
   end function fixing_reaction

@@ -23,19 +23,6 @@ module system_parts
     real(wp), allocatable :: external(:, :) !! (3, nodes) applied forces [force]
   end type outer_t
 
-  !> A step of implicit Euler of floating bodies: where it began, how long it has been solved for.
-  type :: pseudo_step_t
-    integer :: iterations = 0 !! Newton's iterations so far, 0: at rest
-    real(wp) :: first = 0.0_wp !! residual after the first of them [force]
-    real(wp) :: at_rest = 0.0_wp !! residual norm after the last step, without the damping
-    integer :: steady = 0 !! steps on end after which it was the same
-    real(wp) :: too_small = 0.0_wp !! damping that has been, or nearly so [force/length]
-    real(wp), allocatable :: u(:, :) !! (3, nodes) displacements where it began [length]
-    real(wp), allocatable :: gone(:) !! (unknowns) way of rigid bodies since then [length]
-    real(wp), allocatable :: bulk_force(:, :) !! (3, nodes) where it began [force]
-    real(wp), allocatable :: pose(:, :, :) !! (3, 4, rigid bodies) move and turn there
-  end type pseudo_step_t
-
   !> The connected bodies, and what holds them.
   type :: bodies_t
     integer, allocatable :: node_body(:) !! (nodes) connected body, 0 for none
@@ -46,11 +33,11 @@ module system_parts
     logical, allocatable :: floating(:) !! (bodies) supports alone do not hold it
     logical, allocatable :: regularised(:) !! (bodies) held by soft springs in this iteration
     logical :: settled = .false. !! the last full step has left nearly all points as they were
-    real(wp) :: damping = 0.0_wp !! stiffness against rigid motions in the tangent alone
-    !! [force/length]
-    real(wp) :: first_damping = 0.0_wp !! the same at the start of a solve [force/length]
-    type(pseudo_step_t) :: pseudo_step !! the step with damping that is under way
-    logical :: step_done = .false. !! a solve was left while a body with damping was on its way
+    real(wp) :: damping = 0.0_wp !! stiffness against rigid motions of floating bodies, 0 without
+    !! pseudo-time [force/length]
+    real(wp), allocatable :: damped_from(:, :) !! (3, nodes) where its force is measured from: where
+    !! the step of pseudo-time began [length]
+    real(wp), allocatable :: damped_way(:) !! (unknowns) way of rigid bodies since then [length]
   end type bodies_t
 
   !> The system as one sparse matrix, and its solver.

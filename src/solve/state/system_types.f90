@@ -4,7 +4,7 @@ module system_types
   use kinds, only: wp
   use costs, only: cost_t
   use element_lists, only: bulk_list_t, volume_list_t, element_list_t
-  use condensed_types, only: condensed_t
+  use condensed_types, only: condensed_t, center_t
   use touch_types, only: touch_t
   use softening_state, only: softening_t
   use multiplier_types, only: multiplier_motion_t
@@ -53,11 +53,9 @@ module system_types
     type(touch_t) :: touch !! first touches of the increment
     type(softening_t), allocatable :: softening(:) !! (pairs) if some law softens
     type(multiplier_motion_t) :: motion !! multipliers that come along with the iteration
-    type(cost_t) :: costs !! what it has cost, but for what its form has
     type(outer_t) :: loads !! loads and springs
     type(bodies_t) :: body !! connected bodies
     type(positions_t) :: position !! positions of the nodes
-    type(bulk_answer_t) :: inner !! the bulk's answer
     type(rigid_part_t) :: tools !! rigid bodies with a point
     type(contact_places_t) :: place !! where the contact elements are
     type(scales_t) :: scale !! forces and lengths to compare with
@@ -142,7 +140,8 @@ module system_types
     real(wp), allocatable :: du(:, :) !! (3, nodes) direction of the iteration [length]
     real(wp), allocatable :: bulk_change(:, :) !! (3, nodes) K du of a linear bulk, else 0 [force]
     real(wp), allocatable :: trial(:, :) !! (3, nodes) displacements of a trial [length]
-    type(cost_t) :: costs !! what it has cost
+    type(bulk_answer_t) :: inner !! what the bulk answers to the iterate, as far as it is asked
+    type(cost_t) :: costs !! what the run has cost
   end type form_t
 
   abstract interface
@@ -245,11 +244,12 @@ module system_types
 
     !> note_center: a step of pseudo-time begins here; return_to_center: back there, with other
     !! damping.
-    subroutine form_center(form, damping)
-      import :: form_t, wp
+    subroutine form_center(form, damping, center)
+      import :: form_t, center_t, wp
       implicit none
       type(form_t), intent(inout) :: form !! what goes with the iterate
       real(wp), intent(in) :: damping !! against rigid motions [force/length]
+      type(center_t), intent(inout) :: center !! what it returns to
     end subroutine form_center
 
     !> begin_anew: the other start after a stall; forget_damping: there is none any more.
@@ -303,7 +303,7 @@ module system_types
     subroutine form_bulk(system, form, x)
       import :: system_t, form_t, wp
       implicit none
-      type(system_t), intent(inout) :: system !! gets inner%bulk_force
+      type(system_t), intent(in) :: system !! the iterate
       type(form_t), intent(inout) :: form !! its matrix
       real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     end subroutine form_bulk
@@ -318,14 +318,13 @@ module system_types
     end subroutine form_place
 
     !> Moves the iterate to u + length du.
-    subroutine form_length(form, length, u, tools, inner)
-      import :: form_t, rigid_part_t, bulk_answer_t, wp
+    subroutine form_length(form, length, u, tools)
+      import :: form_t, rigid_part_t, wp
       implicit none
       type(form_t), intent(inout) :: form !! the trial
       real(wp), intent(in) :: length !! share of du
       real(wp), intent(inout) :: u(:, :) !! (3, nodes) displacements of the iterate [length]
       type(rigid_part_t), intent(inout) :: tools !! rigid bodies, which go with it
-      type(bulk_answer_t), intent(inout) :: inner !! gets bulk_force, where all nodes are known
     end subroutine form_length
 
     !> Right-hand side: forces out of balance.

@@ -18,7 +18,7 @@ module bulk_term
   use follower_pressure, only: add_pressure_force, add_pressure_tangent
   use springs, only: add_springs, add_spring_forces
   use system_types, only: form_t, system_t
-  use system_parts, only: bulk_answer_t, whole_form_t, outer_t
+  use system_parts, only: bulk_answer_t, outer_t
   implicit none
   private
   public :: build_bulk, take_bulk_back, form_solid_tangent, start_bulk, return_bulk, &
@@ -32,25 +32,28 @@ module bulk_term
 contains
 
   !> Elements, graph and first tangent; nothing else is formed in a run whose bulk is linear.
-  subroutine build_bulk(model, system, form)
+  subroutine build_bulk(model, u, loads, bulk, volumes, stiffest, form)
     type(model_t), intent(in) :: model !! the problem
-    type(system_t), intent(inout) :: system !! u given; gets bulk, bulk_matrix, bulk_force, stiffest
-    type(form_t), intent(inout) :: form !! gets matrix
+    real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
+    type(outer_t), intent(in) :: loads !! loads and springs
+    type(bulk_list_t), intent(inout) :: bulk !! gets bulk elements
+    type(volume_list_t), intent(inout) :: volumes !! gets volumes of nodes
+    real(wp), intent(inout) :: stiffest !! gets the largest entry of the matrix [force/length]
+    type(form_t), intent(inout) :: form !! gets bulk_matrix, bulk_force, rows
 
-    call list_bulk(model, system%bulk)
-    call list_volumes(model, system%volumes)
+    call list_bulk(model, bulk)
+    call list_volumes(model, volumes)
     call begin_cost(form%costs, cost_pattern)
-    call build_graph(model%mesh%nodes, system%bulk, form%whole%bulk_matrix, third=system%volumes)
-    if (.not. system%bulk%linear) call locate_elements(form%whole%bulk_matrix, system%bulk)
+    call build_graph(model%mesh%nodes, bulk, form%whole%bulk_matrix, third=volumes)
+    if (.not. bulk%linear) call locate_elements(form%whole%bulk_matrix, bulk)
     call end_cost(form%costs, cost_pattern)
-    system%inner%bulk_force = 0.0_wp
-    call add_tangent_at(model%mesh%x, system%u, system%bulk, system%volumes, system%loads, &
-      system%inner, form)
-    if (.not. system%bulk%linear) then
-      allocate (system%inner%rows(3, 3, model%mesh%nodes))
-      call sum_absolute(form%whole%bulk_matrix, system%inner%rows)
+    form%inner%bulk_force = 0.0_wp
+    call add_tangent_at(model%mesh%x, u, bulk, volumes, loads, form)
+    if (.not. bulk%linear) then
+      allocate (form%inner%rows(3, 3, model%mesh%nodes))
+      call sum_absolute(form%whole%bulk_matrix, form%inner%rows)
     end if
-    if (size(form%whole%bulk_matrix%val) > 0) system%scale%stiffest = &
+    if (size(form%whole%bulk_matrix%val) > 0) stiffest = &
       maxval(abs(form%whole%bulk_matrix%val))
   end subroutine build_bulk
 
@@ -117,41 +120,39 @@ contains
   end function kinematics
 
   !> Tangent and force at a state.
-  subroutine form_tangent_at(x, u, bulk, volumes, loads, inner, form)
+  subroutine form_tangent_at(x, u, bulk, volumes, loads, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
     type(volume_list_t), intent(in) :: volumes !! volumes of nodes
     type(outer_t), intent(in) :: loads !! loads and springs
-    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(form_t), intent(inout) :: form !! gets matrix, bulk_force
 
     form%whole%bulk_matrix%val = 0.0_wp
-    inner%bulk_force = 0.0_wp
-    call add_tangent_at(x, u, bulk, volumes, loads, inner, form)
+    form%inner%bulk_force = 0.0_wp
+    call add_tangent_at(x, u, bulk, volumes, loads, form)
   end subroutine form_tangent_at
 
   !> Tangent and force at a state, added to what is there.
-  subroutine add_tangent_at(x, u, bulk, volumes, loads, inner, form)
+  subroutine add_tangent_at(x, u, bulk, volumes, loads, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
     type(volume_list_t), intent(in) :: volumes !! volumes of nodes
     type(outer_t), intent(in) :: loads !! loads and springs
-    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_force
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(form_t), intent(inout) :: form !! gets matrix, bulk_force
 
     call begin_cost(form%costs, cost_bulk_tangent)
-    call assemble_bulk(bulk, x, u, inner%bulk_force, inner%bulk_energy, &
-      inner%inverted, form%whole%bulk_matrix)
-    if (inner%inverted == 0) then
-      call add_volume_forces(x, u, bulk, volumes, inner)
+    call assemble_bulk(bulk, x, u, form%inner%bulk_force, form%inner%bulk_energy, &
+      form%inner%inverted, form%whole%bulk_matrix)
+    if (form%inner%inverted == 0) then
+      call add_volume_forces(x, u, bulk, volumes, form%inner)
       call add_volume_tangent(x, u, bulk, volumes, form%whole)
     end if
     call add_springs(loads, form%whole)
-    call add_spring_forces(u, loads, inner)
+    call add_spring_forces(u, loads, form%inner)
     call add_pressure_tangent(x, u, loads, form%whole)
-    call add_pressure_force(x, u, -1.0_wp, loads, inner%bulk_force)
+    call add_pressure_force(x, u, -1.0_wp, loads, form%inner%bulk_force)
     call end_cost(form%costs, cost_bulk_tangent)
   end subroutine add_tangent_at
 
@@ -174,61 +175,62 @@ contains
   end subroutine form_solid_tangent
 
   !> Start of an increment. Factors that precede an iteration are near to begin with.
-  subroutine start_bulk(u, bulk, inner, form)
+  subroutine start_bulk(u, bulk, form)
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements of the last state [length]
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
-    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets u_start, linearised
-    type(form_t), intent(inout) :: form !! gets its kind
+    type(form_t), intent(inout) :: form !! gets its kind, u_start, linearised
 
     if (bulk%linear) return
-    inner%u_start = u
-    inner%linearised = .false.
+    form%inner%u_start = u
+    form%inner%linearised = .false.
     form%kind%near = form%kind%inexact
   end subroutine start_bulk
 
   !> To the start of the increment, or back there: what is prescribed jumps, and may turn elements
   !! next to it inside out. So the bulk answers the jump by its tangent at the last state until a
   !! first step has been taken; where factors are near it answers as it is.
-  subroutine return_bulk(x, bulk, volumes, loads, inner, form)
+  subroutine return_bulk(x, bulk, volumes, loads, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
     type(bulk_list_t), intent(in) :: bulk !! bulk elements
     type(volume_list_t), intent(in) :: volumes !! volumes of nodes
     type(outer_t), intent(in) :: loads !! loads and springs
-    type(bulk_answer_t), intent(inout) :: inner !! the bulk's answer; gets bulk_start, linearised
-    type(form_t), intent(inout) :: form !! its kind given; gets matrix
+    type(form_t), intent(inout) :: form !! its kind given; gets matrix, bulk_start, linearised
+    real(wp) :: u_start(3, size(x, 2))
 
-    if (bulk%linear .or. inner%linearised .or. form%kind%near) return
-    call form_tangent_at(x, inner%u_start, bulk, volumes, loads, inner, form)
-    inner%bulk_start = inner%bulk_force
-    inner%linearised = .true.
+    if (bulk%linear .or. form%inner%linearised .or. form%kind%near) return
+    u_start = form%inner%u_start
+    call form_tangent_at(x, u_start, bulk, volumes, loads, form)
+    form%inner%bulk_start = form%inner%bulk_force
+    form%inner%linearised = .true.
   end subroutine return_bulk
 
   !> The start that has been chosen strains the bulk little, so that it can answer as it is.
-  logical function jumps_little(x, system) result(little)
+  logical function jumps_little(x, system, inner) result(little)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(in) :: system !! u, u_start
+    type(system_t), intent(in) :: system !! u
+    type(bulk_answer_t), intent(in) :: inner !! u_start
     real(wp) :: reach
     integer :: worst
 
-    call find_bulk_reach(system%bulk, x, system%inner%u_start, &
-      small_jump*(system%u - system%inner%u_start), reach, worst)
+    call find_bulk_reach(system%bulk, x, inner%u_start, small_jump*(system%u - inner%u_start), &
+      reach, worst)
     little = reach >= huge(1.0_wp)
   end function jumps_little
 
   !> Internal force at u.
-  subroutine form_bulk_force(x, system, whole)
+  subroutine form_bulk_force(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! u given; gets bulk_force
-    type(whole_form_t), intent(inout) :: whole !! gets matrix
+    type(system_t), intent(in) :: system !! u, bulk elements
+    type(form_t), intent(inout) :: form !! gets bulk_force
 
     if (system%bulk%linear) then
-      call multiply_bulk(system%equation, whole, system%u, system%inner%bulk_force)
-    else if (system%inner%linearised) then
-      call multiply_bulk(system%equation, whole, system%u - system%inner%u_start, &
-        system%inner%bulk_force)
-      system%inner%bulk_force = system%inner%bulk_force + system%inner%bulk_start
+      call multiply_bulk(system%equation, form%whole, system%u, form%inner%bulk_force)
+    else if (form%inner%linearised) then
+      call multiply_bulk(system%equation, form%whole, system%u - form%inner%u_start, &
+        form%inner%bulk_force)
+      form%inner%bulk_force = form%inner%bulk_force + form%inner%bulk_start
     else
-      call form_force_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner)
+      call form_force_at(x, system%u, system%bulk, system%volumes, system%loads, form%inner)
     end if
   end subroutine form_bulk_force
 
@@ -236,14 +238,14 @@ contains
   !! with rigid bodies.
   subroutine form_bulk_trial(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! trial given; gets bulk_force if it is not linear in
-    !! the share of the step
-    type(form_t), intent(inout) :: form !! trial given; gets matrix
+    type(system_t), intent(in) :: system !! bulk elements
+    type(form_t), intent(inout) :: form !! trial given; gets bulk_force if it is not linear in the
+    !! share of the step
 
     if (.not. system%bulk%linear) then
-      call form_force_at(x, form%trial, system%bulk, system%volumes, system%loads, system%inner)
+      call form_force_at(x, form%trial, system%bulk, system%volumes, system%loads, form%inner)
     else if (system%tools%unknowns > 0) then
-      call multiply_bulk(system%equation, form%whole, form%trial, system%inner%bulk_force)
+      call multiply_bulk(system%equation, form%whole, form%trial, form%inner%bulk_force)
     end if
   end subroutine form_bulk_trial
 
@@ -267,11 +269,11 @@ contains
   !> Tangent at u; that of a linear bulk never changes.
   subroutine form_bulk_tangent(x, system, form)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
-    type(system_t), intent(inout) :: system !! gets bulk_matrix
-    type(form_t), intent(inout) :: form !! gets matrix
+    type(system_t), intent(in) :: system !! u, bulk elements
+    type(form_t), intent(inout) :: form !! gets bulk_matrix, bulk_force
 
-    if (system%bulk%linear .or. system%inner%linearised) return
-    call form_tangent_at(x, system%u, system%bulk, system%volumes, system%loads, system%inner, form)
+    if (system%bulk%linear .or. form%inner%linearised) return
+    call form_tangent_at(x, system%u, system%bulk, system%volumes, system%loads, form)
   end subroutine form_bulk_tangent
 
   !> What a linear bulk answers to a direction.

@@ -44,15 +44,16 @@ contains
 
   !> Lets the targets of all pairs follow the apexes. The first cells of an increment are cut where
   !! the bodies are when they are carried rigidly, so that they do not depend on the start.
-  subroutine move_targets(model, system, tolerance, changes)
+  subroutine move_targets(model, system, costs, tolerance, changes)
     type(model_t), intent(inout) :: model !! pairs: targets may change
-    type(system_t), intent(inout) :: system !! cost table
+    type(system_t), intent(in) :: system !! contact elements, positions
+    type(cost_t), intent(inout) :: costs !! cost table
     real(wp), intent(in) :: tolerance !! extrapolation allowed at flat edges
     integer, intent(out) :: changes !! points with a new target
     integer :: k
 
     changes = 0
-    call begin_cost(system%costs, cost_search)
+    call begin_cost(costs, cost_search)
     do k = 1, size(model%pairs)
       if (model%pairs(k)%segmented .and. tolerance <= 0.0_wp) then
         call follow_apexes(model%pairs(k), system%position%x_old, system%position%x_ahead, &
@@ -64,7 +65,7 @@ contains
       changes = changes + overlooked(model%pairs(k), system, system%place%first_point(k))
     end do
     call place_touches(model, system, .false.)
-    call end_cost(system%costs, cost_search)
+    call end_cost(costs, cost_search)
   end subroutine move_targets
 
   !> Points that have come through the surface although their elements are idle.

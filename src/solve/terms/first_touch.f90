@@ -4,7 +4,7 @@
 !! surface. In more than 400 lines, since its stages share what an increment knows of touches.
 module first_touch
   use kinds, only: wp
-  use costs, only: count_cost, cost_touch
+  use costs, only: cost_t, count_cost, cost_touch
   use element_types, only: status_open, status_stick, routine_none
   use element_lists, only: element_list_t
   use element_parameters, only: d03_mu
@@ -17,7 +17,6 @@ module first_touch
   use smooth_normals, only: project_on_master, bend
   use facet_geometry, only: corners, facet_frame, facet_size
   use predictor, only: carry_bodies
-  use touch_bodies, only: find_held
   use touch_path, only: touch_time, way_before, first_target, meet
   use touch_types, only: touch_none, touch_waits, touch_known, touch_t
   use system_types, only: system_t, state_t
@@ -33,44 +32,43 @@ module first_touch
 contains
 
   !> Chooses the points at which friction waits in the first pass of an increment.
-  subroutine begin_touch(model, system, span)
+  subroutine begin_touch(model, position, body, held, span, touch)
     type(model_t), intent(in) :: model !! pairs with their last converged state
-    type(system_t), intent(inout) :: system !! gets touch
+    type(positions_t), intent(in) :: position !! positions of the nodes
+    type(bodies_t), intent(in) :: body !! connected bodies
+    logical, intent(in) :: held(0:) !! (0:bodies) supports and normals of contact hold it
     real(wp), intent(in) :: span !! length of the increment [time]
-    logical :: held(0:system%body%bodies)
+    type(touch_t), intent(inout) :: touch !! gets stage, waits, empty, start
     integer :: k
 
-    associate (touch => system%touch)
-      touch%stage = touch_none
-      touch%span = span
-      if (allocated(touch%x_free)) deallocate (touch%x_free, touch%x_end)
-      if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
-      if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
-      associate (bodies => system%body%bodies, pairs => size(model%pairs))
-        allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
-        allocate (touch%start(0:bodies, pairs), source=0.0_wp)
-      end associate
-      call find_held(model, system, held)
-      do k = 1, size(model%pairs)
-        if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), system%position, &
-          system%body, held, k, touch)
-      end do
-      if (any([(waits_somewhere(model%pairs(k), system, k), k=1, size(model%pairs))])) &
-        touch%stage = touch_waits
+    touch%stage = touch_none
+    touch%span = span
+    if (allocated(touch%x_free)) deallocate (touch%x_free, touch%x_end)
+    if (.not. any([(rubs(model%pairs(k)), k=1, size(model%pairs))])) return
+    if (allocated(touch%waits)) deallocate (touch%waits, touch%empty, touch%start)
+    associate (bodies => body%bodies, pairs => size(model%pairs))
+      allocate (touch%waits(0:bodies, pairs), touch%empty(0:bodies, pairs), source=.false.)
+      allocate (touch%start(0:bodies, pairs), source=0.0_wp)
     end associate
+    do k = 1, size(model%pairs)
+      if (rubs(model%pairs(k))) call look_at_pair(model%pairs(k), position, body, held, k, touch)
+    end do
+    if (any([(waits_somewhere(model%pairs(k), touch, body, k), k=1, size(model%pairs))])) &
+      touch%stage = touch_waits
   end subroutine begin_touch
 
   !> A slave body of a pair waits for its first touch. Bodies without points in it have none: where
   !! there are no others a first pass without friction would be the second one.
-  pure logical function waits_somewhere(pair, system, k) result(waits)
+  pure logical function waits_somewhere(pair, touch, body, k) result(waits)
     type(pair_t), intent(in) :: pair !! the pair
-    type(system_t), intent(in) :: system !! waits of touch
+    type(touch_t), intent(in) :: touch !! waits
+    type(bodies_t), intent(in) :: body !! connected bodies
     integer, intent(in) :: k !! number of the pair
 
     if (pair%segmented) then
-      waits = any(system%touch%waits(system%body%node_body(pair%points%slave_facets(1, :)), k))
+      waits = any(touch%waits(body%node_body(pair%points%slave_facets(1, :)), k))
     else
-      waits = any(system%touch%waits(system%body%node_body(pair%points%point_nodes(1, :)), k))
+      waits = any(touch%waits(body%node_body(pair%points%point_nodes(1, :)), k))
     end if
   end function waits_somewhere
 
@@ -252,9 +250,10 @@ contains
 
   !> After a pass that has converged: if points that friction waits for are closed, their ways are
   !! known now, and the increment is to be solved again with friction everywhere.
-  subroutine find_touches(model, system, touches)
+  subroutine find_touches(model, system, costs, touches)
     type(model_t), intent(inout) :: model !! pairs: start apexes of new points
     type(system_t), intent(inout) :: system !! converged; gets touch
+    type(cost_t), intent(inout) :: costs !! cost table
     integer, intent(out) :: touches !! points that have touched
     integer :: k, p
 
@@ -267,7 +266,7 @@ contains
       end do
     end do
     if (touches == 0) return
-    call count_cost(system%costs, cost_touch, 1)
+    call count_cost(costs, cost_touch, 1)
     system%touch%x_end = system%position%x_now
     call find_free_way(model, system%equation, system%touch, system%body, system%position)
     do k = 1, size(model%pairs)

@@ -96,7 +96,7 @@ contains
     do i = 1, size(system%equation, 2)
       do k = 1, 3
         if (system%equation(k, i) > 0) cycle
-        norm = hypot(norm, system%inner%bulk_force(k, i) + system%contact_force(k, i) &
+        norm = hypot(norm, form%inner%bulk_force(k, i) + system%contact_force(k, i) &
           - system%loads%external(k, i))
       end do
     end do

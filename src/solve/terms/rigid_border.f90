@@ -140,7 +140,7 @@ contains
       do i = 1, size(rigid%node)
         associate (node => rigid%node(i))
           force = system%loads%external(:, node) - system%contact_force(:, node)
-          if (form%kind%knows_inside) force = force - system%inner%bulk_force(:, node)
+          if (form%kind%knows_inside) force = force - form%inner%bulk_force(:, node)
           turning(4:6, 4:6) = turning(4:6, 4:6) - matmul(spin(force), spin(lever(rigid, i, &
             system%u, rigid%move)))/rigid%length**2
         end associate

@@ -13,14 +13,15 @@ module supports
   use smooth_patch, only: project_on_patch, patch_from_values
   use block_matrix, only: find_block
   use system_types, only: form_t, system_t
-  use system_parts, only: rigid_part_t
+  use system_parts, only: rigid_part_t, outer_t, bodies_t
   use rigid_motions, only: find_motions
   use springs, only: is_supported
   use rigid_bodies, only: drop_rigid, is_carried, rigid_force
   implicit none
   private
   public :: soft_springs, unresisted, free_motion, free_motions, model_extent, &
-    find_floating_bodies, unheld_bodies, regularise_bodies, closing_length, close_bodies
+    find_floating_bodies, floating_with_points, unheld_bodies, regularise_bodies, &
+    closing_length, close_bodies
 
   !> Eigenvalues of a body's support below this share of the largest belong to free motions.
   real(wp), parameter :: free_tolerance = 1.0e-12_wp
@@ -190,36 +191,46 @@ contains
   end function unit_vector
 
   !> Marks the bodies that their supports alone do not hold.
-  subroutine find_floating_bodies(x, apart, system)
+  subroutine find_floating_bodies(x, equation, loads, apart, bodies)
     real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    integer, intent(in) :: equation(:, :) !! (3, nodes) equation numbers, 0 where restrained
+    type(outer_t), intent(in) :: loads !! springs
     logical, intent(in) :: apart !! motions that springs hold are unknowns, as those left free are
-    type(system_t), intent(inout) :: system !! gets floating
-    integer :: held(3, size(system%equation, 2)), body
-    real(wp) :: motion(6)
+    type(bodies_t), intent(inout) :: bodies !! gets motions, floating
+    integer :: held(3, size(equation, 2)), body
 
-    held = system%equation
-    if (allocated(system%loads%spring)) where (system%loads%spring > 0.0_wp) held = 0
-    allocate (system%body%floating(system%body%bodies), &
-      system%body%regularised(system%body%bodies), source=.false.)
-    allocate (system%body%motions(system%body%bodies))
-    do body = 1, system%body%bodies
-      call find_motions(x, held, system%body%node_body, body, system%body%motions(body))
+    held = equation
+    if (allocated(loads%spring)) where (loads%spring > 0.0_wp) held = 0
+    allocate (bodies%floating(bodies%bodies), bodies%regularised(bodies%bodies), source=.false.)
+    allocate (bodies%motions(bodies%bodies))
+    do body = 1, bodies%bodies
+      call find_motions(x, held, bodies%node_body, body, bodies%motions(body))
     end do
-    system%body%floating = system%body%motions%n > 0
-    if (apart .and. allocated(system%loads%spring)) then
-      do body = 1, system%body%bodies
-        call find_motions(x, system%equation, system%body%node_body, body, &
-          system%body%motions(body))
+    bodies%floating = bodies%motions%n > 0
+    if (apart .and. allocated(loads%spring)) then
+      do body = 1, bodies%bodies
+        call find_motions(x, equation, bodies%node_body, body, bodies%motions(body))
       end do
     end if
+  end subroutine find_floating_bodies
+
+  !> The same once rigid bodies with a point are known, whose unknowns are no motions of nodes.
+  function floating_with_points(x, system) result(floating)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) reference positions [length]
+    type(system_t), intent(in) :: system !! bodies, those that float without points; rigid bodies
+    logical :: floating(system%body%bodies)
+    real(wp) :: motion(6)
+    integer :: body
+
+    floating = system%body%floating
     if (system%tools%unknowns == 0) return
     do body = 1, size(system%tools%rigid)
       associate (rigid => system%tools%rigid(body))
         if (size(rigid%unknown) == 0) cycle
-        call free_motion(x, system, rigid%body, .false., system%body%floating(rigid%body), motion)
+        call free_motion(x, system, rigid%body, .false., floating(rigid%body), motion)
       end associate
     end do
-  end subroutine find_floating_bodies
+  end function floating_with_points
 
   !> Marks the bodies that neither supports nor closed contact points hold at present. Once points
   !! stay what they are, those that slip hold across their tracks; not in the condensed form, whose
