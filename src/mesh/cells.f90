@@ -4,8 +4,8 @@
 module cells
   implicit none
   private
-  public :: shape_t, shape_of, nodes_of, mirrored, facet_of, tet4, tet10, shapes, most_nodes, &
-    most_facet_nodes
+  public :: shape_t, shape_of, nodes_of, has_middles, mirrored, facet_of, tet4, tet10, shapes, &
+    most_nodes, most_facet_nodes
 
   !> Most nodes of a cell and of one of its facets.
   integer, parameter :: most_nodes = 10
@@ -57,6 +57,13 @@ contains
     if (size(nodes) < most_nodes) return
     if (nodes(most_nodes) > 0) n = tet10%nodes
   end function nodes_of
+
+  !> Whether an element has nodes in the middles of its edges, zeros behind the last.
+  pure logical function has_middles(nodes)
+    integer, intent(in) :: nodes(:) !! node numbers
+
+    has_middles = nodes_of(nodes) == tet10%nodes
+  end function has_middles
 
   !> The nodes of an element in the order that its mirror image has.
   pure function mirrored(nodes) result(turned)

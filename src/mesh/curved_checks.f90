@@ -8,7 +8,7 @@ module curved_checks
   use diagnostics, only: diagnostics_t, report_error, report_note
   use vectors, only: cross
   use tetrahedra, only: point_towards, shares_of_points
-  use cells, only: tet10, most_nodes
+  use cells, only: tet10, has_middles
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t
   implicit none
@@ -38,7 +38,7 @@ contains
     doubtful = 0
     first = 0
     do e = 1, mesh%elements
-      if (mesh%ix(most_nodes, e) == 0) cycle
+      if (.not. has_middles(mesh%ix(:, e))) cycle
       s = origin%set(e)
       call jacobian_bounds(mesh%x(:, mesh%ix(:, e)), at_corners, least)
       corner = minloc(at_corners, 1)

@@ -5,7 +5,7 @@ module edge_checks
   use text, only: to_text
   use deck_types, only: deck_t
   use diagnostics, only: diagnostics_t, report_error
-  use cells, only: tet10, most_nodes
+  use cells, only: tet10, has_middles, most_nodes
   use key_sorting, only: sort_columns
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t
@@ -75,10 +75,10 @@ contains
     integer :: e, m, n
 
     allocate (corner_of(mesh%nodes), source=0)
-    allocate (edge(4, 6*count(mesh%ix(most_nodes, :mesh%elements) > 0)))
+    allocate (edge(4, 6*count([(has_middles(mesh%ix(:, e)), e=1, mesh%elements)])))
     n = 0
     do e = 1, mesh%elements
-      if (mesh%ix(most_nodes, e) == 0) cycle
+      if (.not. has_middles(mesh%ix(:, e))) cycle
       corner_of(mesh%ix(:4, e)) = e
       do m = 5, most_nodes
         n = n + 1

@@ -6,7 +6,7 @@ module materials_reader
   use deck_losses, only: is_lost
   use records, only: item_location, item_count, item_integer, item_real, item_name, is_word
   use diagnostics, only: diagnostics_t, report_error, report_note
-  use cells, only: most_nodes
+  use cells, only: has_middles
   use bulk_laws, only: laws, linear, neohooke
   use model_types, only: model_t, material_t
   implicit none
@@ -221,7 +221,7 @@ contains
     do e = 1, model%mesh%elements
       m = model%element_material(e)
       if (m == 0) cycle
-      if (model%mesh%ix(most_nodes, e) > 0) then
+      if (has_middles(model%mesh%ix(:, e))) then
         ten(m) = .true.
       else
         four(m) = .true.

@@ -5,7 +5,7 @@ module pair_sides
   use diagnostics, only: diagnostics_t, report_error, report_note
   use deck_types, only: location_t
   use key_sorting, only: sort_columns, ascending
-  use cells, only: most_nodes, most_facet_nodes, facet_of
+  use cells, only: has_middles, most_facet_nodes, facet_of
   use mesh_types, only: mesh_t
   use mesh_names, only: find_nodes, find_surface, find_region
   use facets, only: facet_table_t, facet_neighbours, tributary_areas
@@ -107,7 +107,7 @@ contains
     integer :: f, nodes(most_facet_nodes)
 
     if (any(elements == 0)) return
-    if (all(mesh%ix(most_nodes, elements) == 0)) return
+    if (.not. any([(has_middles(mesh%ix(:, elements(f))), f=1, size(elements))])) return
     allocate (middles(3, size(facets, 2)))
     do f = 1, size(facets, 2)
       nodes = facet_of(mesh%ix(:, elements(f)), facets(:, f))
@@ -243,7 +243,7 @@ contains
     inside(nodes) = .true.
     allocate (holds(mesh%elements), source=.false.)
     do e = 1, mesh%elements
-      if (mesh%ix(most_nodes, e) > 0) holds(e) = any(inside(mesh%ix(:, e)))
+      if (has_middles(mesh%ix(:, e))) holds(e) = any(inside(mesh%ix(:, e)))
     end do
     elements = pack([(e, e=1, mesh%elements)], holds)
   end function elements_at

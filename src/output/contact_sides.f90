@@ -1,7 +1,7 @@
 !> The two surfaces of a contact pair: their nodes, facets and areas.
 module contact_sides
   use kinds, only: wp
-  use cells, only: tet10, facet_of
+  use cells, only: tet10, has_middles, facet_of
   use key_sorting, only: unique_numbers
   use mesh_types, only: mesh_t
   use contact_types, only: pair_t, form_quadrature_to_surface
@@ -113,7 +113,7 @@ contains
       first(k) = f
     end do
     do e = 1, mesh%elements
-      if (mesh%ix(tet10%nodes, e) == 0) cycle
+      if (.not. has_middles(mesh%ix(:, e))) cycle
       if (count(corner(mesh%ix(:4, e))) < 3) cycle
       do k = 1, 4
         associate (three => mesh%ix(tet10%facet(:3, k), e))
