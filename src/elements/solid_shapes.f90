@@ -4,7 +4,7 @@ module solid_shapes
   use kinds, only: wp
   use vectors, only: cross, sum_products
   use cells, only: most_nodes, tet10
-  use tetrahedra, only: point_towards, shares_of_points
+  use cell_geometry, only: point_towards, shares_of_points
   use solid_types, only: most_points
   implicit none
   private

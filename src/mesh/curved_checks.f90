@@ -7,7 +7,7 @@ module curved_checks
   use deck_types, only: deck_t
   use diagnostics, only: diagnostics_t, report_error, report_note
   use vectors, only: cross
-  use tetrahedra, only: point_towards, shares_of_points
+  use cell_geometry, only: point_towards, shares_of_points
   use cells, only: tet10, has_middles
   use mesh_types, only: mesh_t
   use mesh_building, only: element_origin_t

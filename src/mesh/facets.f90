@@ -1,10 +1,10 @@
-!> Facets of tetrahedra: which are exterior, which way they look, and how they hang together.
+!> Facets of elements: which are exterior, which way they look, and how they hang together.
 module facets
   use kinds, only: wp
-  use cells, only: tet4
+  use cells, only: shapes, kind_of, facet_name, most_cell_facets
   use mesh_types, only: mesh_t
   use key_sorting, only: sort_columns, comes_before, ascending
-  use tetrahedra, only: facet_vector
+  use cell_geometry, only: facet_vector
   implicit none
   private
   public :: facet_table_t, exterior_facets, find_facet, find_key, facet_neighbours, node_facets, &
@@ -28,12 +28,11 @@ contains
     integer, allocatable :: keys(:, :), order(:)
     integer :: e, k, n, first, last, element
 
-    n = 4*mesh%elements
-    allocate (keys(3, n))
+    n = most_cell_facets*mesh%elements
+    allocate (keys(3, n), source=0)
     do e = 1, mesh%elements
-      do k = 1, 4
-        keys(:, 4*(e - 1) + k) = ascending([mesh%ix(tet4%facet(1, k), e), &
-          mesh%ix(tet4%facet(2, k), e), mesh%ix(tet4%facet(3, k), e)])
+      do k = 1, shapes(kind_of(mesh%ix(:, e)))%facets
+        keys(:, most_cell_facets*(e - 1) + k) = ascending(facet_name(mesh%ix(:, e), k))
       end do
     end do
     call sort_columns(keys, order)
@@ -42,16 +41,16 @@ contains
     do while (first <= n)
       last = last_equal(keys, order, first)
       if (keys(1, order(first)) == 0) then
-        ! of an element that is not there
+        ! of an element that is not there, or that has fewer
       else if (last == first) then
-        element = (order(first) - 1)/4 + 1
-        k = order(first) - 4*(element - 1)
+        element = (order(first) - 1)/most_cell_facets + 1
+        k = order(first) - most_cell_facets*(element - 1)
         table%count = table%count + 1
-        table%corners(:, table%count) = mesh%ix(tet4%facet(:3, k), element)
+        table%corners(:, table%count) = facet_name(mesh%ix(:, element), k)
         table%keys(:, table%count) = keys(:, order(first))
         table%elements(table%count) = element
       else if (last > first + 1 .and. table%crowded(1) == 0) then
-        table%crowded = (order(first:first + 2) - 1)/4 + 1
+        table%crowded = (order(first:first + 2) - 1)/most_cell_facets + 1
       end if
       first = last + 1
     end do

@@ -2,7 +2,7 @@
 module key_sorting
   implicit none
   private
-  public :: sort_columns, comes_before, ascending, unique_numbers
+  public :: sort_columns, comes_before, ascending, in_order, unique_numbers
 
   !> So many columns with the same first key are sorted among each other.
   integer, parameter :: columns_of_one_key = 64
@@ -101,6 +101,18 @@ contains
     b(3) = max(a(1), a(2), a(3))
     b(2) = max(min(a(1), a(2)), min(max(a(1), a(2)), a(3)))
   end function ascending
+
+  !> Some numbers in ascending order.
+  pure function in_order(a) result(b)
+    integer, intent(in) :: a(:) !! any numbers
+    integer :: b(size(a)), i, least
+
+    b = a
+    do i = 1, size(a) - 1
+      least = i - 1 + minloc(b(i:), dim=1)
+      b([i, least]) = b([least, i])
+    end do
+  end function in_order
 
   !> The numbers 1 to size(mask) whose mask is set.
   pure function unique_numbers(mask) result(numbers)

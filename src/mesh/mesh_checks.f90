@@ -1,6 +1,5 @@
 !> Checks of nodes and elements when the mesh is complete.
 module mesh_checks
-  use kinds, only: wp
   use text, only: to_text, count_noun
   use deck_types, only: deck_t, location_t
   use records, only: item_integer, item_count
@@ -9,7 +8,7 @@ module mesh_checks
   use mesh_types, only: mesh_t
   use brick_cutting, only: is_split
   use mesh_building, only: element_origin_t, own_nodes
-  use tetrahedra, only: relative_volume, flat_limit
+  use cell_geometry, only: cell_orientation, no_volume, left_handed
   implicit none
   private
   public :: check_elements, check_numbers
@@ -72,8 +71,7 @@ contains
     logical, intent(out) :: good !! nothing is wrong
     logical, intent(out) :: left !! it is left-handed
     character(:), allocatable :: what, remedy
-    real(wp) :: volume
-    integer :: k, n, j
+    integer :: k, n, j, orientation
 
     left = .false.
     what = ''
@@ -92,9 +90,9 @@ contains
     end do
     good = what == ''
     if (good) then
-      volume = relative_volume(mesh%x(:, mesh%ix(:4, e)))
-      left = volume < -flat_limit
-      good = abs(volume) > flat_limit
+      orientation = cell_orientation(mesh%x, mesh%ix(:, e))
+      left = orientation == left_handed
+      good = orientation /= no_volume
       k = 0
       what = 'element '//to_text(e)//' is flat'
       remedy = 'its four corners lie in one plane; check their coordinates and order'

@@ -1,22 +1,12 @@
 !> Regular meshes of a block that 8 to 27 master points span.
 module mesh_generation
   use kinds, only: wp
-  use cells, only: tet4, tet10, most_nodes
-  use tetrahedra, only: relative_volume, flat_limit
+  use cells, only: brick, tet4, tet10, most_nodes
+  use cell_geometry, only: cell_orientation, no_volume
   implicit none
   private
   public :: block_t, complete_block, block_nodes, block_elements, block_point, block_tetrahedron, &
-    block_fits, check_block, cell_tetrahedra, orientation_right, orientation_left, orientation_bad
-
-  !> Orientation of a block: its tetrahedra have positive, negative, or mixed and zero volumes.
-  integer, parameter :: orientation_right = 1
-  integer, parameter :: orientation_left = -1
-  integer, parameter :: orientation_bad = 0
-
-  !> The six tetrahedra of a cell (all hold the diagonal 1-7): corners 1-4 the lower face, 5-8
-  !! above, so that neighbouring cells share the diagonals of their common faces.
-  integer, parameter :: cell_tetrahedra(4, 6) = reshape([1, 2, 3, 7, 1, 3, 4, 7, 1, 4, 8, 7, &
-    1, 8, 5, 7, 1, 5, 6, 7, 1, 6, 2, 7], [4, 6])
+    block_fits, check_block
 
   !> Natural coordinates of the master points, numbered as in FEAP: the corners, the edges along
   !! direction 3, lower face, upper face, side faces, centre.
@@ -89,7 +79,7 @@ contains
     integer, intent(in) :: max_elements !! most elements
 
     fits = product(real(block%order, wp)*real(block%cells, wp) + 1.0_wp) <= real(max_nodes, wp) &
-      .and. 6.0_wp*product(real(block%cells, wp)) <= real(max_elements, wp)
+      .and. real(brick%pieces, wp)*product(real(block%cells, wp)) <= real(max_elements, wp)
   end function block_fits
 
   !> Number of nodes of a block.
@@ -103,7 +93,7 @@ contains
   pure integer function block_elements(cells) result(n)
     integer, intent(in) :: cells(3) !! cells along the three edges
 
-    n = 6*product(cells)
+    n = brick%pieces*product(cells)
   end function block_elements
 
   !> Coordinates of node `n` of a block (from 1, direction 1 fastest): trilinear map of the
@@ -149,7 +139,7 @@ contains
     first(2) = mod((n - 1)/block%cells(1), block%cells(2))
     first(3) = (n - 1)/(block%cells(1)*block%cells(2))
     do k = 1, 4
-      place(:, k) = block%order*(first + (natural(:, cell_tetrahedra(k, t)) + 1)/2)
+      place(:, k) = block%order*(first + (natural(:, brick%piece(k, t)) + 1)/2)
     end do
     do k = 5, tet10%nodes
       place(:, k) = (place(:, tet10%ends(1, k)) + place(:, tet10%ends(2, k)))/2
@@ -162,23 +152,23 @@ contains
   !> Orientation of all tetrahedra of a block, and the first one that spoils it.
   pure subroutine check_block(block, orientation, cell)
     type(block_t), intent(in) :: block !! the block
-    integer, intent(out) :: orientation !! one of the orientation constants
+    integer, intent(out) :: orientation !! no_volume, right_handed or left_handed
     integer, intent(out) :: cell !! cell of the first bad tetrahedron, 0 if there is none
-    integer :: n, t, c
-    real(wp) :: x(3, 4), v
+    integer :: n, t, c, own
+    real(wp) :: x(3, 4)
 
-    orientation = orientation_bad
+    orientation = no_volume
     do n = 1, product(block%cells)
-      do t = 1, 6
+      do t = 1, brick%pieces
         associate (nodes => block_tetrahedron(block, n, t))
           do c = 1, 4
             x(:, c) = block_point(block, nodes(c))
           end do
         end associate
-        v = relative_volume(x)
-        if (orientation == orientation_bad) orientation = nint(sign(1.0_wp, v))
-        if (v*real(orientation, wp) > flat_limit) cycle
-        orientation = orientation_bad
+        own = cell_orientation(x, [1, 2, 3, 4])
+        if (orientation == no_volume) orientation = own
+        if (own == orientation .and. own /= no_volume) cycle
+        orientation = no_volume
         cell = n
         return
       end do

@@ -4,7 +4,8 @@ module gap_adjustment
   use kinds, only: wp
   use mesh_types, only: mesh_t
   use facets, only: facet_neighbours, node_facets
-  use tetrahedra, only: tetrahedron_volume, aspect_ratio, longest_edge
+  use cells, only: corners_of
+  use cell_geometry, only: cell_volume, cell_aspect, longest_edge
   use facet_geometry, only: project_on_facet, barycentric, facet_size
   use surface_sag, only: find_sags
   use facet_tree, only: facet_tree_t, build_tree, nearest_facet
@@ -121,8 +122,8 @@ contains
       values(2, i) = h/real(max(1, start(slave(i) + 1) - start(slave(i))), wp)
       if (values(2, i) > 0.0_wp) cycle
       do k = around%first(slave(i)), around%first(slave(i) + 1) - 1
-        values(2, i) = values(2, i) + longest_edge(mesh%x(:, mesh%ix(1:4, around%element(k)))) &
-          /real(around%first(slave(i) + 1) - around%first(slave(i)), wp)
+        values(2, i) = values(2, i) + longest_edge(mesh%x(:, corners_of(mesh%ix(:, &
+          around%element(k)))))/real(around%first(slave(i) + 1) - around%first(slave(i)), wp)
       end do
     end do
   end subroutine find_slave_sags
@@ -214,23 +215,23 @@ contains
     mesh%x(:, node) = old + way
     do k = around%first(node), around%first(node + 1) - 1
       element = around%element(k)
-      associate (corners => mesh%ix(1:4, element))
-        if (is_spoilt(before(:, corners), mesh%x(:, corners))) then
-          mesh%x(:, node) = old
-          return
-        end if
-      end associate
+      if (is_spoilt(mesh%ix(:, element), before, mesh%x)) then
+        mesh%x(:, node) = old
+        return
+      end if
     end do
     element = 0
   end subroutine try_move
 
-  !> A tetrahedron has lost too much of its volume or of its shape.
-  pure logical function is_spoilt(before, after) result(spoilt)
-    real(wp), intent(in) :: before(3, 4) !! corners as the deck gives them [length]
-    real(wp), intent(in) :: after(3, 4) !! corners now [length]
+  !> An element has lost too much of its volume or of its shape.
+  pure logical function is_spoilt(element, before, after) result(spoilt)
+    integer, intent(in) :: element(:) !! its nodes
+    real(wp), intent(in) :: before(:, :) !! (3, nodes) positions as the deck gives them [length]
+    real(wp), intent(in) :: after(:, :) !! (3, nodes) positions now [length]
 
-    spoilt = tetrahedron_volume(after) < least_volume*tetrahedron_volume(before)
-    if (.not. spoilt) spoilt = aspect_ratio(after) > most_aspect*aspect_ratio(before)
+    spoilt = cell_volume(after, element) < least_volume*cell_volume(before, element)
+    if (.not. spoilt) spoilt = cell_aspect(after, element) > &
+      most_aspect*cell_aspect(before, element)
   end function is_spoilt
 
   !> The elements around the slave nodes.
@@ -266,3 +267,4 @@ contains
     end do
   end subroutine find_around
 end module gap_adjustment
+

@@ -3,7 +3,7 @@ module lay_directions
   use kinds, only: wp, pi
   use contact_types, only: pair_t, direction_vector, direction_circumferential, direction_radial, &
     direction_field
-  use tetrahedra, only: facet_vector
+  use cell_geometry, only: facet_vector
   use vectors, only: cross
   implicit none
   private

@@ -10,7 +10,7 @@ module penalty_values
   use contact_points, only: count_points
   use contact_parameters, only: has_field, field_penalty
   use model_types, only: model_t
-  use tetrahedra, only: tetrahedron_volume
+  use cell_geometry, only: cell_volume
   use pressed_layers, only: pressed_stiffness
   implicit none
   private
@@ -135,7 +135,7 @@ contains
         if (side%elements == 0) side%modulus = material%youngs_modulus
         side%modulus = min(side%modulus, material%youngs_modulus)
       end associate
-      volume = abs(tetrahedron_volume(model%mesh%x(:, model%mesh%ix(1:4, e))))
+      volume = abs(cell_volume(model%mesh%x, model%mesh%ix(:, e)))
       side%h = side%h + (6.0_wp*volume)**(1.0_wp/3.0_wp)
       side%elements = side%elements + 1
     end do

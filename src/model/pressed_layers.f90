@@ -5,7 +5,7 @@ module pressed_layers
   use bodies, only: find_bodies
   use contact_types, only: pair_t
   use model_types, only: model_t, material_t
-  use tetrahedra, only: tetrahedron_volume
+  use cell_geometry, only: cell_volume, cell_height
   use facet_geometry, only: facet_area
   implicit none
   private
@@ -83,7 +83,7 @@ contains
       associate (material => model%materials(model%element_material(e)), ix => model%mesh%ix(:, e))
         if (material%rigid) cycle
         layer%modulus = min(layer%modulus, layer_modulus(material, squareness))
-        height = least_height(model%mesh%x(:, ix(1:4)))
+        height = cell_height(model%mesh%x, ix)
         do k = 1, size(ix)
           if (ix(k) == 0) exit
           layer%heights(ix(k)) = layer%heights(ix(k)) + height
@@ -133,17 +133,9 @@ contains
     volume = 0.0_wp
     do e = 1, size(near)
       if (pressed(element_body(e))) volume = volume &
-        + abs(tetrahedron_volume(model%mesh%x(:, model%mesh%ix(1:4, e))))
+        + abs(cell_volume(model%mesh%x, model%mesh%ix(:, e)))
     end do
     factor = 0.0_wp
     if (volume > 0.0_wp) factor = 0.25_wp*area*sqrt(area)/volume
   end function shape_factor
-
-  !> Least height of a tetrahedron: three times its volume over its largest face.
-  pure real(wp) function least_height(x) result(height)
-    real(wp), intent(in) :: x(3, 4) !! corners [length]
-
-    height = 3.0_wp*abs(tetrahedron_volume(x))/max(facet_area(x(:, [1, 2, 3])), &
-      facet_area(x(:, [1, 2, 4])), facet_area(x(:, [1, 3, 4])), facet_area(x(:, [2, 3, 4])))
-  end function least_height
 end module pressed_layers

@@ -11,7 +11,7 @@ module tool_sides
   use facet_orders, only: facet_parts_t, agree_orders
   use facet_geometry, only: facet_normal, project_on_facet
   use facet_tree, only: facet_tree_t, build_tree, nearest_facet
-  use tetrahedra, only: facet_vector
+  use cell_geometry, only: facet_vector
   use tool_slaves, only: slave_t, add_slave
   use contact_reader, only: pair_draft_t
   implicit none

@@ -5,7 +5,7 @@ module tool_slaves
   use mesh_names, only: find_nodes, find_surface
   use facets, only: facet_table_t
   use facet_geometry, only: facet_normal
-  use tetrahedra, only: facet_vector, tetrahedron_volume
+  use cell_geometry, only: facet_vector, cell_volume, cell_middle
   use bodies, only: find_bodies
   implicit none
   private
@@ -71,11 +71,11 @@ contains
     n = size(elements)
     allocate (slave%x(3, n), slave%normal(3, n), slave%area(n), slave%height(n))
     do f = 1, n
-      associate (x => mesh%x(:, facets(:, f)), y => mesh%x(:, mesh%ix(:4, elements(f))))
+      associate (x => mesh%x(:, facets(:, f)), cell => mesh%ix(:, elements(f)))
         slave%x(:, f) = sum(x, 2)/3.0_wp
         slave%normal(:, f) = facet_normal(x)
         slave%area(f) = norm2(facet_vector(x))
-        slave%height(f) = 3.0_wp*abs(tetrahedron_volume(y))/slave%area(f)
+        slave%height(f) = 3.0_wp*abs(cell_volume(mesh%x, cell))/slave%area(f)
       end associate
     end do
   end subroutine take_facets
@@ -98,8 +98,8 @@ contains
     allocate (slave%inside(3, n), slave%volume(n))
     do i = 1, n
       e = members(1 + int((i - 1)*(real(size(members), wp)/real(n, wp))))
-      slave%inside(:, i) = sum(mesh%x(:, mesh%ix(:4, e)), 2)/4.0_wp
-      slave%volume(i) = abs(tetrahedron_volume(mesh%x(:, mesh%ix(:4, e))))
+      slave%inside(:, i) = cell_middle(mesh%x, mesh%ix(:, e))
+      slave%volume(i) = abs(cell_volume(mesh%x, mesh%ix(:, e)))
     end do
   end subroutine take_bodies
 end module tool_slaves

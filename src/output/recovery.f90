@@ -6,8 +6,8 @@
 !! the middles of edges.
 module recovery
   use kinds, only: wp
-  use vectors, only: cross
   use cells, only: tet10
+  use cell_geometry, only: cell_volume, cell_middle
   use mesh_types, only: mesh_t
   use element_lists, only: bulk_list_t
   use element_types, only: routine_none
@@ -40,10 +40,10 @@ contains
       do e = 1, elements
         n = 0
         if (bulk%routine(e) /= routine_none) then
-          recovery%volume(e) = corner_volume(mesh%x(:, mesh%ix(1:4, e)))
+          recovery%volume(e) = abs(cell_volume(mesh%x, mesh%ix(:, e)))
           if (single) then
             n = 1
-            places(:, 1) = 0.25_wp*sum(mesh%x(:, mesh%ix(1:4, e)), 2)
+            places(:, 1) = cell_middle(mesh%x, mesh%ix(:, e))
           else
             call sample_places(bulk%nel(e), mesh%x(:, mesh%ix(:bulk%nel(e), e)), n, places)
           end if
@@ -244,11 +244,4 @@ contains
       end associate
     end do
   end subroutine spread_patch
-
-  !> Volume of a tetrahedron, by its corners.
-  pure real(wp) function corner_volume(x) result(volume)
-    real(wp), intent(in) :: x(3, 4) !! its corners [length]
-
-    volume = abs(dot_product(cross(x(:, 2) - x(:, 1), x(:, 3) - x(:, 1)), x(:, 4) - x(:, 1)))/6.0_wp
-  end function corner_volume
 end module recovery

@@ -3,7 +3,7 @@
 module results_vtk
   use kinds, only: wp
   use errors, only: error_t
-  use cells, only: most_nodes, shape_t, shape_of
+  use cells, only: most_nodes, shapes, kind_of
   use mesh_types, only: mesh_t
   use body_fields, only: body_field_t, fields_of_bodies, n_body_fields
   use model_types, only: output_request_t
@@ -50,7 +50,6 @@ contains
     type(hdf5_file_t), intent(inout) :: file !! open file
     type(mesh_t), intent(in) :: mesh !! the mesh
     type(error_t), allocatable, intent(inout) :: error !! file trouble
-    type(shape_t) :: shape
     integer, allocatable :: point(:), list(:), offsets(:), types(:)
     real(wp), allocatable :: x(:, :)
     integer :: i, k, n, e
@@ -65,11 +64,10 @@ contains
     offsets(1) = 0
     do i = 1, n
       e = part%elements(i)
-      shape = shape_of(mesh%ix(:, e))
-      k = shape%nodes
-      types(i) = shape%vtk
-      list(offsets(i) + 1:offsets(i) + k) = point(mesh%ix(:k, e)) - 1
-      offsets(i + 1) = offsets(i) + k
+      k = kind_of(mesh%ix(:, e))
+      types(i) = shapes(k)%vtk
+      offsets(i + 1) = offsets(i) + shapes(k)%nodes
+      list(offsets(i) + 1:offsets(i + 1)) = point(mesh%ix(:shapes(k)%nodes, e)) - 1
     end do
     call create_grid(part%grid, file, x, list(:offsets(n + 1)), offsets, types, error)
   end subroutine write_geometry

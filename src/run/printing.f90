@@ -5,7 +5,7 @@ module printing
   use errors, only: error_t
   use text, only: to_text
   use mesh_types, only: mesh_t
-  use tetrahedra, only: tetrahedron_volume, aspect_ratio
+  use cell_geometry, only: cell_volume, cell_aspect
   use element_fields, only: nodal_fields_t, find_element_fields, find_nodal_fields
   use von_mises_stress, only: von_mises
   use model_types, only: model_t
@@ -117,8 +117,8 @@ contains
     allocate (volume(mesh%elements), ratio(mesh%elements), source=0.0_wp)
     do e = 1, mesh%elements
       if (.not. there(e)) cycle
-      volume(e) = tetrahedron_volume(mesh%x(:, mesh%ix(1:4, e)))
-      ratio(e) = aspect_ratio(mesh%x(:, mesh%ix(1:4, e)))
+      volume(e) = cell_volume(mesh%x, mesh%ix(:, e))
+      ratio(e) = cell_aspect(mesh%x, mesh%ix(:, e))
     end do
     call log_line(log, '  mesh: '//to_text(count(mesh%defined))//' nodes, '// &
       to_text(count(there))//' elements, volume '//to_text(sum(volume), 12)// &

@@ -10,8 +10,9 @@ module block_reader
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element, most_mesh_nodes, max_elements, max_coordinate
   use mesh_generation, only: block_t, complete_block, block_nodes, block_elements, block_point, &
-    block_tetrahedron, block_fits, check_block, orientation_left, orientation_bad
-  use cells, only: mirrored
+    block_tetrahedron, block_fits, check_block
+  use cells, only: mirrored, brick
+  use cell_geometry, only: left_handed, no_volume
   use coordinates_reader, only: report_second_place
   implicit none
   private
@@ -56,7 +57,7 @@ contains
     call read_points(set, diagnostics, request)
     if (.not. request%good) return
     call check_block(request%block, orientation, cell)
-    if (orientation == orientation_bad) then
+    if (orientation == no_volume) then
       call report_error(diagnostics, set%head%at, 'the block is flat, twisted or folded: its '// &
         'Jacobian is zero or changes sign in cell '//to_text(cell), 'master points 1-4 run '// &
         'round the lower face, 5-8 stand above them')
@@ -66,7 +67,7 @@ contains
     last_material = request%material
     call put_nodes(set, request, mesh, diagnostics)
     if (request%good .and. request%first_element >= 0) call put_elements(set, index, region, &
-      request, orientation == orientation_left, mesh, origin, diagnostics)
+      request, orientation == left_handed, mesh, origin, diagnostics)
   end subroutine read_block
 
   !> Reads `CART n1 n2 n3 [node1 elmt1 mat btype] [MATErial m] [TET4]`.
@@ -206,7 +207,7 @@ contains
       return
     end if
     do c = 1, product(request%block%cells)
-      do t = 1, 6
+      do t = 1, brick%pieces
         e = e + 1
         nodes = block_tetrahedron(request%block, c, t) + request%first_node - 1
         if (reorder .neqv. mesh%mirrors) nodes = mirrored(nodes)

@@ -6,9 +6,9 @@ module elements_reader
   use deck_types, only: data_set_t, record_t
   use records, only: item_integer, item_count
   use diagnostics, only: diagnostics_t, report_error
-  use cells, only: shapes, most_nodes
+  use cells, only: brick, shapes, most_nodes
   use mesh_types, only: mesh_t
-  use brick_cutting, only: is_split, brick_tetrahedron, brick_nodes, tetrahedra_of_brick
+  use brick_cutting, only: is_split
   use mesh_building, only: element_origin_t, reserve_elements, place_element, most_mesh_nodes
   implicit none
   private
@@ -77,7 +77,7 @@ contains
         'element numbers start at 1; a blank line ends the data set')
     else if (split) then
       call check_brick(record, extra - 3, diagnostics, now)
-    else if (extra - 3 == brick_nodes .and. all(now%nodes(:brick_nodes) > 0)) then
+    else if (extra - 3 == brick%nodes .and. all(now%nodes(:brick%nodes) > 0)) then
       call report_error(diagnostics, record%items(extra)%at, 'element '//to_text(number)// &
         ' has 8 nodes: a brick', 'elements are tetrahedra; ELEMents SPLIt cuts a brick into six')
     else if (all(extra - 3 /= shapes%nodes) .or. any(now%nodes(:min(extra - 3, most_nodes)) == 0)) &
@@ -102,7 +102,7 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
     type(element_record_t), intent(inout) :: now !! what it says; pieces 1 if it cannot be used
 
-    if (nodes /= brick_nodes .or. any(now%nodes(:brick_nodes) == 0)) then
+    if (nodes /= brick%nodes .or. any(now%nodes(:brick%nodes) == 0)) then
       call report_error(diagnostics, record%items(item_count(record))%at, 'brick '// &
         to_text(item_integer(record, 1))//' does not have 8 nodes', &
         'behind ELEMents SPLIt each record gives a brick: corners 1 to 4 of the lower face, '// &
@@ -111,7 +111,7 @@ contains
       call report_error(diagnostics, record%items(3)%at, 'material number '// &
         to_text(now%material), 'a record reads: element increment material n1 ... n8')
     else
-      now%pieces = tetrahedra_of_brick
+      now%pieces = brick%pieces
     end if
   end subroutine check_brick
 
@@ -207,9 +207,9 @@ contains
       call place_element(mesh, origin, element%number, element%nodes, element%material, index, i, &
         twice)
     else
-      e = tetrahedra_of_brick*(element%number - 1)
-      do t = 1, tetrahedra_of_brick
-        call place_element(mesh, origin, e + t, brick_tetrahedron(element%nodes(:brick_nodes), t), &
+      e = brick%pieces*(element%number - 1)
+      do t = 1, brick%pieces
+        call place_element(mesh, origin, e + t, element%nodes(brick%piece(:, t)), &
           element%material, index, i, twice)
         if (twice) exit
       end do

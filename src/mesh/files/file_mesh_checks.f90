@@ -10,7 +10,7 @@ module file_mesh_checks
   use key_sorting, only: sort_columns
   use near_places, only: join_places
   use cells, only: mirrored, most_nodes
-  use tetrahedra, only: relative_volume, flat_limit
+  use cell_geometry, only: cell_orientation, left_handed, no_volume
   implicit none
   private
   public :: file_place_t, check_file_mesh, resolve_nodes, place_in_file
@@ -129,27 +129,23 @@ contains
     type(file_place_t), intent(inout) :: place !! knows the file; gets turned
     type(file_mesh_t), intent(inout) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    real(wp) :: x(3, 4), volume
-    integer :: c, k, wrong, turned, first
+    integer :: c, wrong, turned, first, orientation
 
     wrong = 0
     turned = 0
     first = 0
     do c = 1, file%cells
       if (file%size(c) /= 4) cycle
-      do k = 1, 4
-        x(:, k) = file%x(:, file%corners(k, c))
-      end do
-      volume = relative_volume(x)
-      if (abs(volume) <= flat_limit) then
+      orientation = cell_orientation(file%x, file%corners(:, c))
+      if (orientation == no_volume) then
         call report(place, file%cell_at(c), 'tetrahedron '//to_text(file%cell_tag(c))// &
           ' is flat', 'its four corners lie in one plane; mesh the volume anew', wrong, &
           diagnostics)
-      else if (volume < 0.0_wp) then
+      else if (orientation == left_handed) then
         turned = turned + 1
         if (turned == 1) first = c
       end if
-      place%turned(c) = volume < 0.0_wp
+      place%turned(c) = orientation == left_handed
       if (place%turned(c)) call turn_round(file, c)
     end do
     if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
