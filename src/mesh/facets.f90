@@ -8,7 +8,7 @@ module facets
   implicit none
   private
   public :: facet_table_t, exterior_facets, find_facet, find_key, facet_neighbours, node_facets, &
-    tributary_areas
+    node_elements, tributary_areas
 
   !> All exterior facets of a mesh, ordered by their ascending corner numbers.
   type :: facet_table_t
@@ -139,44 +139,51 @@ contains
 
   !> Facets around each node: those of node i are list(start(i):start(i + 1) - 1), ascending.
   pure subroutine node_facets(corners, nodes, start, list)
-    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
+    integer, intent(in) :: corners(:, :) !! (3 or more, n) corners of facets or elements, or 0
     integer, intent(in) :: nodes !! highest node number
     integer, allocatable, intent(out) :: start(:) !! (nodes + 1) first place of each node
-    integer, allocatable, intent(out) :: list(:) !! (3 n) facets
-    integer :: f, k, i
-
-    allocate (start(nodes + 1), source=0)
-    allocate (list(size(corners)))
-    do f = 1, size(corners, 2)
-      do k = 1, 3
-        start(corners(k, f)) = start(corners(k, f)) + 1
-      end do
-    end do
-    start(nodes + 1) = size(corners) + 1
-    do i = nodes, 1, -1
-      start(i) = start(i + 1) - start(i)
-    end do
-    call fill_lists(corners, start, list)
-  end subroutine node_facets
-
-  !> Second half of node_facets: puts each facet into the lists of its corners.
-  pure subroutine fill_lists(corners, start, list)
-    integer, intent(in) :: corners(:, :) !! (3, n) corners of the facets of a surface
-    integer, intent(in) :: start(:) !! first place of each node
-    integer, intent(inout) :: list(:) !! facets
+    integer, allocatable, intent(out) :: list(:) !! facets
     integer, allocatable :: next(:)
     integer :: f, k, i
 
-    allocate (next(size(start)))
-    next(:) = start
+    allocate (start(nodes + 1), source=0)
     do f = 1, size(corners, 2)
-      do k = 1, 3
+      do k = 1, size(corners, 1)
         i = corners(k, f)
+        if (i > 0) start(i) = start(i) + 1
+      end do
+    end do
+    allocate (list(sum(start)))
+    start(nodes + 1) = size(list) + 1
+    do i = nodes, 1, -1
+      start(i) = start(i + 1) - start(i)
+    end do
+    next = start
+    do f = 1, size(corners, 2)
+      do k = 1, size(corners, 1)
+        i = corners(k, f)
+        if (i == 0) cycle
         list(next(i)) = f
         next(i) = next(i) + 1
       end do
     end do
-  end subroutine fill_lists
+  end subroutine node_facets
+
+  !> Elements around each node that is a corner of them, in the same way.
+  pure subroutine node_elements(mesh, chosen, start, list)
+    type(mesh_t), intent(in) :: mesh !! nodes and elements
+    logical, intent(in) :: chosen(:) !! (elements) these count
+    integer, allocatable, intent(out) :: start(:) !! (nodes + 1) first place of each node
+    integer, allocatable, intent(out) :: list(:) !! elements
+    integer :: corners(maxval(shapes%corners), mesh%elements), e, k
+
+    corners = 0
+    do e = 1, mesh%elements
+      k = kind_of(mesh%ix(:, e))
+      if (chosen(e)) corners(:shapes(k)%corners, e) = mesh%ix(:shapes(k)%corners, e)
+    end do
+    call node_facets(corners, mesh%nodes, start, list)
+  end subroutine node_elements
 
   !> Tributary area of each node: a third of each facet it is a corner of.
   pure subroutine tributary_areas(corners, x, area)

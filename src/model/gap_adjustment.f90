@@ -3,7 +3,7 @@
 module gap_adjustment
   use kinds, only: wp
   use mesh_types, only: mesh_t
-  use facets, only: facet_neighbours, node_facets
+  use facets, only: facet_neighbours, node_facets, node_elements
   use cells, only: corners_of
   use cell_geometry, only: cell_volume, cell_aspect, longest_edge
   use facet_geometry, only: project_on_facet, barycentric, facet_size
@@ -39,7 +39,7 @@ module gap_adjustment
     integer :: left_element = 0 !! the element that it would have spoilt
   end type adjustment_t
 
-  !> The elements around each slave node.
+  !> The elements around each node.
   type :: around_t
     integer, allocatable :: first(:) !! (nodes+1) where the elements of a node begin
     integer, allocatable :: element(:) !! elements
@@ -68,7 +68,7 @@ contains
     end do
     before = mesh%x
     call build_tree(tree, facets, mesh%x)
-    call find_around(mesh, slave, around)
+    call node_elements(mesh, spread(.true., 1, mesh%elements), around%first, around%element)
     sag = 0.0_wp
     limit = tolerance
     if (tolerance <= 0.0_wp) then
@@ -233,38 +233,4 @@ contains
     if (.not. spoilt) spoilt = cell_aspect(after, element) > &
       most_aspect*cell_aspect(before, element)
   end function is_spoilt
-
-  !> The elements around the slave nodes.
-  pure subroutine find_around(mesh, slave, around)
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    integer, intent(in) :: slave(:) !! slave nodes
-    type(around_t), intent(out) :: around !! their elements
-    integer :: count_of(mesh%nodes), e, k
-    logical :: wanted(mesh%nodes)
-
-    wanted = .false.
-    wanted(slave) = .true.
-    count_of = 0
-    do e = 1, mesh%elements
-      do k = 1, 4
-        if (wanted(mesh%ix(k, e))) count_of(mesh%ix(k, e)) = count_of(mesh%ix(k, e)) + 1
-      end do
-    end do
-    allocate (around%first(mesh%nodes + 1), around%element(sum(count_of)))
-    around%first(1) = 1
-    do k = 1, mesh%nodes
-      around%first(k + 1) = around%first(k) + count_of(k)
-    end do
-    count_of = 0
-    do e = 1, mesh%elements
-      do k = 1, 4
-        associate (node => mesh%ix(k, e))
-          if (.not. wanted(node)) cycle
-          around%element(around%first(node) + count_of(node)) = e
-          count_of(node) = count_of(node) + 1
-        end associate
-      end do
-    end do
-  end subroutine find_around
 end module gap_adjustment
-

@@ -9,6 +9,7 @@ module recovery
   use cells, only: tet10
   use cell_geometry, only: cell_volume, cell_middle
   use mesh_types, only: mesh_t
+  use facets, only: node_elements
   use element_lists, only: bulk_list_t
   use element_types, only: routine_none
   use solid_types, only: most_points
@@ -53,40 +54,10 @@ contains
       end do
       recovery%place = recovery%place(:, :recovery%first(elements + 1) - 1)
     end associate
-    call list_neighbours(recovery, mesh)
+    call node_elements(mesh, recovery%first(2:) > recovery%first(:mesh%elements), recovery%begin, &
+      recovery%around)
     call find_rows(recovery, mesh)
   end subroutine prepare_recovery
-
-  !> The elements with samples around each corner.
-  pure subroutine list_neighbours(recovery, mesh)
-    type(recovery_t), intent(inout) :: recovery !! gets around, begin
-    type(mesh_t), intent(in) :: mesh !! the mesh
-    integer :: e, k, n
-    integer, allocatable :: next(:)
-
-    allocate (recovery%begin(mesh%nodes + 1), source=0)
-    do e = 1, mesh%elements
-      if (recovery%first(e + 1) == recovery%first(e)) cycle
-      do k = 1, 4
-        n = mesh%ix(k, e) + 1
-        recovery%begin(n) = recovery%begin(n) + 1
-      end do
-    end do
-    recovery%begin(1) = 1
-    do n = 1, mesh%nodes
-      recovery%begin(n + 1) = recovery%begin(n) + recovery%begin(n + 1)
-    end do
-    allocate (recovery%around(recovery%begin(mesh%nodes + 1) - 1))
-    next = recovery%begin
-    do e = 1, mesh%elements
-      if (recovery%first(e + 1) == recovery%first(e)) cycle
-      do k = 1, 4
-        n = mesh%ix(k, e)
-        recovery%around(next(n)) = e
-        next(n) = next(n) + 1
-      end do
-    end do
-  end subroutine list_neighbours
 
   !> Weights of the samples at corners of elements of four nodes.
   subroutine find_rows(recovery, mesh)
