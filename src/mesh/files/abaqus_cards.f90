@@ -1,6 +1,7 @@
 !> Cards and data lines of Abaqus and CalculiX input files, as text.
 module abaqus_cards
   use text, only: lower
+  use cells, only: shapes
   use file_cursor, only: cursor_t, read_line
   implicit none
   private
@@ -165,35 +166,34 @@ contains
     t = t(:n)
   end function squeezed
 
-  !> Nodes and corners of an element type that can be read; 0 if it cannot.
-  pure subroutine abaqus_shape(name, nodes, corners)
+  !> Nodes and dimension of an element type that can be read.
+  pure subroutine abaqus_shape(name, nodes, dimension)
     character(*), intent(in) :: name !! TYPE= of the card, any case
-    integer, intent(out) :: nodes !! all its nodes, 0 if it cannot be read
-    integer, intent(out) :: corners !! 2 line, 3 triangle, 4 tetrahedron
+    integer, intent(out) :: nodes !! 0 if it cannot be read
+    integer, intent(out) :: dimension !! 1 line, 2 triangle, 3 cell
+    integer :: k
 
-    nodes = 0
+    dimension = 3
+    do k = 1, size(shapes)
+      nodes = shapes(k)%nodes
+      if (name /= '' .and. index(' '//shapes(k)%abaqus, ' '//lower(name)//' ') > 0) return
+    end do
+    dimension = 2
     select case (lower(name))
-    case ('c3d4', 'c3d4h')
-      corners = 4
-    case ('c3d10', 'c3d10h', 'c3d10m', 'c3d10mh', 'c3d10hs', 'c3d10t')
-      corners = 4
-      nodes = 10
     case ('s6', 'cps6', 'cpe6', 'cax6', 'm3d6', 'stri65', 'ds6')
-      corners = 3
       nodes = 6
-    case ('b32', 'b32h', 't3d3')
-      corners = 2
-      nodes = 3
     case ('r3d4')
-      corners = 3
       nodes = 4
     case ('s3', 's3r', 'stri3', 'cps3', 'cpe3', 'cax3', 'm3d3', 'sfm3d3', 'r3d3', 'ds3')
-      corners = 3
+      nodes = 3
+    case ('b32', 'b32h', 't3d3')
+      dimension = 1
+      nodes = 3
     case ('t3d2', 't2d2', 'b31', 'b31h', 'b21', 'r2d2', 'rb3d2', 'dc1d2')
-      corners = 2
+      dimension = 1
+      nodes = 2
     case default
-      corners = 0
+      nodes = 0
     end select
-    if (nodes == 0) nodes = corners
   end subroutine abaqus_shape
 end module abaqus_cards

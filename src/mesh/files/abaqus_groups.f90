@@ -110,12 +110,8 @@ contains
         if (cursor%failed) return
         do i = 1, file%group(other)%count
           associate (cell => file%group(other)%members(i))
-            do k = 1, file%size(cell)
-              place = find_tag(nodes, file%corners(k, cell))
-              if (place > 0) call add_member(group, place, 0)
-            end do
-            do k = 1, count(file%middles(:, cell) /= 0)
-              place = find_tag(nodes, file%middles(k, cell))
+            do k = 1, file%nel(cell)
+              place = find_tag(nodes, file%ix(k, cell))
               if (place > 0) call add_member(group, place, 0)
             end do
           end associate

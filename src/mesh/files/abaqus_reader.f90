@@ -112,7 +112,7 @@ contains
     rigid = all(file%mark(before + 1:file%cells) == rigid_cell)
     call add_group(file, card_parameter(card, 'name'), group_cells, card%at)
     do c = before + 1, file%cells
-      if (file%size(c) == 4 .or. rigid .and. file%mark(c) == rigid_cell) &
+      if (file%dimension(c) == 3 .or. rigid .and. file%mark(c) == rigid_cell) &
         call add_member(file%group(file%groups), c, 0)
     end do
   end subroutine name_instance
@@ -190,12 +190,12 @@ contains
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(assembly_t), intent(inout) :: assembly !! numbers of the instance
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
-    integer :: nodes, corners, group, start, end, at, first, last, n, numbers(0:most_nodes), tag
+    integer :: nodes, dimension, group, start, end, at, first, last, n, numbers(0:most_nodes), tag
     integer :: mark
     logical :: found
 
-    call abaqus_shape(card_parameter(card, 'type'), nodes, corners)
-    if (corners == 0) then
+    call abaqus_shape(card_parameter(card, 'type'), nodes, dimension)
+    if (nodes == 0) then
       call refuse_type(card_parameter(card, 'type'), card%at, cursor)
       return
     end if
@@ -221,7 +221,7 @@ contains
       if (n <= nodes .or. cursor%failed) cycle
       call take_number(assembly, 2, numbers(0), start, cursor, tag)
       call add_cell(file, tag, numbers(1:nodes) + assembly%scope(assembly%current)%shift(1), &
-        corners, mark, start)
+        dimension, mark, start)
       if (group > 0) call add_member(file%group(group), file%cells, 0)
       n = 0
     end do

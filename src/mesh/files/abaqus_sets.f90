@@ -5,6 +5,7 @@
 module abaqus_sets
   use text, only: to_text, upper, lower
   use numbers, only: is_digit
+  use cells, only: most_cell_facets
   use file_cursor, only: cursor_t, fail, number_of
   use mesh_file_types, only: file_mesh_t, add_group, find_group, group_nodes, group_cells, &
     group_faces
@@ -262,8 +263,9 @@ contains
     character(*), intent(in) :: name !! as written
 
     select case (lower(name))
-    case ('s1', 's2', 's3', 's4')
+    case ('s1', 's2', 's3', 's4', 's5', 's6')
       face = iachar(name(2:2)) - iachar('0')
+      if (face > most_cell_facets) face = -1
     case ('spos', 'sneg', 'sp', 'sn')
       face = 0
     case default

@@ -64,10 +64,10 @@ contains
           'file does not have', 'is the file complete? write it again')
         exit
       end if
-      if (file%size(c) /= 3) cycle
-      if (any(place%node(file%corners(:3, c)) == 0)) cycle
+      if (file%dimension(c) /= 2) cycle
+      if (any(place%node(file%ix(:3, c)) == 0)) cycle
       n = n + 1
-      keys(:, n) = ascending(place%node(file%corners(:3, c)))
+      keys(:, n) = ascending(place%node(file%ix(:3, c)))
       vector(n) = i
     end do
     call sort_columns(keys(:, :n), order)

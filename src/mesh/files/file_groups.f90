@@ -5,7 +5,7 @@ module file_groups
   use numbers, only: is_letter
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use cells, only: mirrored
+  use cells, only: mirrored, facet_name
   use mesh_names, only: name_exists, find_region, find_surface, region_nodes, in_region
   use key_sorting, only: unique_numbers
   use part_lists, only: append_set, append_region, append_surface
@@ -17,9 +17,6 @@ module file_groups
   implicit none
   private
   public :: place_groups
-
-  !> Corners of the faces S1 to S4 of a tetrahedron, as Abaqus numbers them.
-  integer, parameter :: abaqus_faces(3, 4) = reshape([1, 2, 3, 1, 4, 2, 2, 4, 3, 3, 4, 1], [3, 4])
 
 contains
 
@@ -33,23 +30,23 @@ contains
     type(mesh_t), intent(inout) :: mesh !! gets regions, sets and surfaces without facets
     type(surface_draft_t), allocatable, intent(inout) :: drafts(:) !! gets the surfaces
     type(diagnostics_t), intent(inout) :: diagnostics !! errors and notes
-    integer :: g, pass, shape(file%groups)
+    integer :: g, pass, dimension(file%groups)
 
     do g = 1, file%groups
-      shape(g) = -1
+      dimension(g) = -1
       if (file%group(g)%kind == group_done) cycle
-      shape(g) = group_shape(file, file%group(g))
-      if (.not. usable(file%group(g), shape(g), place, diagnostics)) shape(g) = -1
+      dimension(g) = group_dimension(file, file%group(g))
+      if (.not. usable(file%group(g), dimension(g), place, diagnostics)) dimension(g) = -1
     end do
     do pass = 1, 3
       do g = 1, file%groups
         associate (group => file%group(g))
-          if (pass == 1 .and. shape(g) == 4) then
+          if (pass == 1 .and. dimension(g) == 3) then
             call place_region(group%name, place_in_file(diagnostics%source, place%file, group%at), &
               elements_of(group, place, mesh), mesh, diagnostics)
-          else if (pass == 2 .and. shape(g) == 3) then
+          else if (pass == 2 .and. dimension(g) == 2) then
             call place_surface(group, place, file, mesh, drafts, diagnostics)
-          else if (pass == 3 .and. shape(g) >= 0 .and. shape(g) < 3) then
+          else if (pass == 3 .and. dimension(g) >= 0 .and. dimension(g) < 2) then
             call place_set(group, place, file, mesh, drafts, diagnostics)
           end if
         end associate
@@ -62,24 +59,24 @@ contains
     call choose_materials(deck, name, place, file, mesh, diagnostics)
   end subroutine place_groups
 
-  !> What a group is to become: 4 a region, 3 a surface, less a node set.
-  pure integer function group_shape(file, group) result(shape)
+  !> What a group is to become: 3 a region, 2 a surface, less a node set.
+  pure integer function group_dimension(file, group) result(dimension)
     type(file_mesh_t), intent(in) :: file !! what the file holds
     type(file_group_t), intent(in) :: group !! the group
     integer :: i
 
-    shape = 0
-    if (group%kind == group_faces) shape = 3
+    dimension = 0
+    if (group%kind == group_faces) dimension = 2
     if (group%kind /= group_cells) return
     do i = 1, group%count
-      shape = max(shape, file%size(group%members(i)))
+      dimension = max(dimension, file%dimension(group%members(i)))
     end do
-  end function group_shape
+  end function group_dimension
 
   !> Whether a deck can use a group; the others are left out with a note.
-  logical function usable(group, shape, place, diagnostics)
+  logical function usable(group, dimension, place, diagnostics)
     type(file_group_t), intent(in) :: group !! the group
-    integer, intent(in) :: shape !! what it is to become
+    integer, intent(in) :: dimension !! what it is to become
     type(file_place_t), intent(in) :: place !! deck numbers
     type(diagnostics_t), intent(inout) :: diagnostics !! notes
     character(:), allocatable :: why
@@ -90,7 +87,7 @@ contains
       why = 'has a name of more than '//to_text(name_length)//' characters'
     else if (.not. is_letter(group%name(1:1)) .or. scan(group%name, '''"!&') > 0) then
       why = 'has no name that a deck can use (first a letter)'
-    else if (shape < 3 .and. group%kind == group_nodes) then
+    else if (dimension < 2 .and. group%kind == group_nodes) then
       if (all(place%node(group%members(:group%count)) == 0)) why = 'has no node of a tetrahedron'
     end if
     usable = .not. allocated(why)
@@ -168,7 +165,8 @@ contains
     type(surface_draft_t) :: draft
     character(:), allocatable :: name
     type(location_t) :: at
-    integer :: i, n, face, corners(4), free, c
+    integer :: i, n, free, c
+    integer, allocatable :: nodes(:)
 
     at = place_in_file(diagnostics%source, place%file, group%at)
     name = own_name(group, '_faces', at, file, mesh, diagnostics)
@@ -182,8 +180,7 @@ contains
     free = 0
     do i = 1, group%count
       c = group%members(i)
-      face = group%faces(i)
-      if (file%size(c) == 4 .and. face == 0) then
+      if (file%dimension(c) == 3 .and. group%faces(i) == 0) then
         free = free + 1
         draft%free(free) = place%element(c)
         cycle
@@ -191,12 +188,12 @@ contains
       n = n + 1
       draft%tag(n) = file%cell_tag(c)
       draft%at(n) = file%cell_at(c)
-      if (file%size(c) < 3) cycle
-      corners(:file%size(c)) = place%node(file%corners(:file%size(c), c))
+      if (file%dimension(c) < 2) cycle
+      nodes = place%node(file%ix(:file%nel(c), c))
       ! faces are numbered by the order that the nodes have in the file
-      if (place%turned(c)) corners = mirrored(corners)
-      if (file%size(c) == 4) corners(:3) = corners(abaqus_faces(:, face))
-      draft%corners(:, n) = corners(:3)
+      if (place%turned(c)) nodes = mirrored(nodes)
+      if (file%dimension(c) == 3) nodes = facet_name(nodes, group%faces(i))
+      draft%corners(:, n) = nodes(:3)
     end do
     draft%corners = draft%corners(:, :n)
     draft%tag = draft%tag(:n)
@@ -224,8 +221,7 @@ contains
       if (group%kind == group_nodes) then
         call mark_nodes(place%node(c:c), chosen)
       else
-        call mark_nodes(place%node(file%corners(:file%size(c), c)), chosen)
-        call mark_nodes(place%node(pack(file%middles(:, c), file%middles(:, c) > 0)), chosen)
+        call mark_nodes(place%node(file%ix(:file%nel(c), c)), chosen)
       end if
     end do
     at = place_in_file(diagnostics%source, place%file, group%at)

@@ -7,9 +7,9 @@ module file_mesh_checks
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_file_types, only: file_mesh_t, rigid_cell
   use tag_table, only: tag_table_t, build_table, find_tag
-  use key_sorting, only: sort_columns
+  use key_sorting, only: sort_columns, in_order
   use near_places, only: join_places
-  use cells, only: mirrored, most_nodes
+  use cells, only: mirrored, corners_of, shapes
   use cell_geometry, only: cell_orientation, left_handed, no_volume
   implicit none
   private
@@ -77,7 +77,7 @@ contains
     call resolve_nodes(place, file, diagnostics)
     good = diagnostics%errors == errors
     if (.not. good) return
-    where (file%size(:file%cells) == 4) place%element = 1
+    where (file%dimension(:file%cells) == 3) place%element = 1
     if (.not. any(place%element == 1)) call report_error(diagnostics, &
       place_in_file(diagnostics%source, place%file, 1), 'the file has no tetrahedra', &
       'generate the volume mesh; with physical groups, Gmsh writes only what is in one')
@@ -106,20 +106,12 @@ contains
     end do
     wrong = 0
     do c = 1, file%cells
-      do k = 1, file%size(c)
-        n = find_tag(table, file%corners(k, c))
+      do k = 1, file%nel(c)
+        n = find_tag(table, file%ix(k, c))
         if (n == 0) call report(place, file%cell_at(c), 'element '//to_text(file%cell_tag(c))// &
-          ' has node '//to_text(file%corners(k, c))//', which the file does not define', &
+          ' has node '//to_text(file%ix(k, c))//', which the file does not define', &
           'is the file complete? write it again', wrong, diagnostics)
-        file%corners(k, c) = n
-      end do
-      do k = 1, size(file%middles, 1)
-        if (file%middles(k, c) == 0) exit
-        n = find_tag(table, file%middles(k, c))
-        if (n == 0) call report(place, file%cell_at(c), 'element '//to_text(file%cell_tag(c))// &
-          ' has node '//to_text(max(0, file%middles(k, c)))//', which the file does not define', &
-          'is the file complete? write it again', wrong, diagnostics)
-        file%middles(k, c) = n
+        file%ix(k, c) = n
       end do
     end do
   end subroutine resolve_nodes
@@ -135,8 +127,8 @@ contains
     turned = 0
     first = 0
     do c = 1, file%cells
-      if (file%size(c) /= 4) cycle
-      orientation = cell_orientation(file%x, file%corners(:, c))
+      if (file%dimension(c) < 3) cycle
+      orientation = cell_orientation(file%x, file%ix(:, c))
       if (orientation == no_volume) then
         call report(place, file%cell_at(c), 'tetrahedron '//to_text(file%cell_tag(c))// &
           ' is flat', 'its four corners lie in one plane; mesh the volume anew', wrong, &
@@ -146,23 +138,12 @@ contains
         if (turned == 1) first = c
       end if
       place%turned(c) = orientation == left_handed
-      if (place%turned(c)) call turn_round(file, c)
+      if (place%turned(c)) file%ix(:, c) = mirrored(file%ix(:, c))
     end do
     if (turned > 0) call report_note(diagnostics, place_in_file(diagnostics%source, place%file, &
       file%cell_at(first)), to_text(turned)//' left-handed tetrahedra reordered, '// &
       'the first is element '//to_text(file%cell_tag(first)))
   end subroutine check_tetrahedra
-
-  !> Gives a tetrahedron the order of nodes of its mirror image.
-  pure subroutine turn_round(file, c)
-    type(file_mesh_t), intent(inout) :: file !! what the file holds
-    integer, intent(in) :: c !! the cell
-    integer :: nodes(most_nodes)
-
-    nodes = mirrored([file%corners(:, c), file%middles(:, c)])
-    file%corners(:, c) = nodes(:4)
-    file%middles(:, c) = nodes(5:)
-  end subroutine turn_round
 
   !> Finds element numbers that come twice and tetrahedra with the same nodes.
   subroutine check_doubles(place, file, diagnostics)
@@ -174,7 +155,8 @@ contains
     integer :: c, i, n, first, wrong, merged
 
     call build_table(file%cell_tag(:file%cells), table)
-    allocate (cells(count(place%element == 1)), keys(4, count(place%element == 1)))
+    allocate (cells(count(place%element == 1)))
+    allocate (keys(maxval(shapes%corners), size(cells)), source=0)
     n = 0
     wrong = 0
     do c = 1, file%cells
@@ -182,10 +164,12 @@ contains
       if (first /= c) call report(place, file%cell_at(c), 'element '// &
         to_text(file%cell_tag(c))//' is defined twice', 'give each element its own number', &
         wrong, diagnostics)
-      if (file%size(c) /= 4) cycle
+      if (file%dimension(c) < 3) cycle
       n = n + 1
       cells(n) = c
-      keys(:, n) = in_order(file%corners(:, c))
+      associate (corners => corners_of(file%ix(:, c)))
+        keys(:size(corners), n) = in_order(corners)
+      end associate
     end do
     call sort_columns(keys, order)
     wrong = 0
@@ -212,14 +196,10 @@ contains
     type(file_place_t), intent(inout) :: place !! marks what joins the mesh
     type(file_mesh_t), intent(in) :: file !! what the file holds
     type(diagnostics_t), intent(inout) :: diagnostics !! notes
-    integer :: c, k, n, lost, first
+    integer :: c, n, lost, first
 
     do c = 1, file%cells
-      if (file%size(c) < 4) cycle
-      place%node(file%corners(:, c)) = 1
-      do k = 1, size(file%middles, 1)
-        if (file%middles(k, c) > 0) place%node(file%middles(k, c)) = 1
-      end do
+      if (file%dimension(c) == 3) place%node(file%ix(:file%nel(c), c)) = 1
     end do
     call mark_rigid(place, file)
     call note_coincident(place, file, diagnostics)
@@ -238,19 +218,19 @@ contains
   subroutine mark_rigid(place, file)
     type(file_place_t), intent(inout) :: place !! marks what joins the mesh; gets rigid
     type(file_mesh_t), intent(in) :: file !! what the file holds
-    integer :: c, k, nodes(4)
+    integer :: c, k
 
     place%rigid = file%mark(:file%cells) == rigid_cell
     do c = 1, file%cells
       if (.not. place%rigid(c)) cycle
-      place%rigid(c) = any(place%node(file%corners(:3, c)) == 0)
+      place%rigid(c) = any(place%node(file%ix(:3, c)) == 0)
     end do
     do c = 1, file%cells
       if (.not. place%rigid(c)) cycle
-      nodes = [file%corners(:3, c), file%middles(1, c)]
-      do k = 1, 4
-        if (nodes(k) == 0) cycle
-        if (place%node(nodes(k)) == 0) place%node(nodes(k)) = -1
+      do k = 1, file%nel(c)
+        associate (node => place%node(file%ix(k, c)))
+          if (node == 0) node = -1
+        end associate
       end do
     end do
   end subroutine mark_rigid
@@ -289,22 +269,4 @@ contains
     if (wrong > most_errors) return
     call report_error(diagnostics, place_in_file(diagnostics%source, place%file, at), what, remedy)
   end subroutine report
-
-  !> Four numbers in ascending order.
-  pure function in_order(a) result(b)
-    integer, intent(in) :: a(4) !! any numbers
-    integer :: b(4), i, j, moved
-
-    b = a
-    do i = 2, 4
-      moved = b(i)
-      j = i - 1
-      do while (j >= 1)
-        if (b(j) <= moved) exit
-        b(j + 1) = b(j)
-        j = j - 1
-      end do
-      b(j + 1) = moved
-    end do
-  end function in_order
 end module file_mesh_checks

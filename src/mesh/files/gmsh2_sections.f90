@@ -91,12 +91,12 @@ contains
     integer, intent(in) :: at !! character of the file where it stands
     type(file_mesh_t), intent(inout) :: file !! takes the cell
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the element
-    integer :: n, corners, i, number, group, nodes(most_nodes)
+    integer :: n, dimension, i, number, group, nodes(most_nodes)
     character(:), allocatable :: name
 
     if (cursor%failed) return
-    call gmsh_shape(kind, n, corners, name)
-    if (corners == 0) call fail(cursor, at, 'element '//to_text(tag)//' is one of the '//name, &
+    call gmsh_shape(kind, n, dimension, name)
+    if (n == 0) call fail(cursor, at, 'element '//to_text(tag)//' is one of the '//name, &
       'this version reads tetrahedra of 4 and 10 nodes, and triangles, lines and points on them')
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
@@ -109,6 +109,6 @@ contains
     do i = 1, n
       call read_number(text, cursor, nodes(i), 'a node of an element')
     end do
-    if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:n)), corners, group, at)
+    if (.not. cursor%failed) call add_cell(file, tag, from_gmsh(nodes(:n)), dimension, group, at)
   end subroutine read_element
 end module gmsh2_sections

@@ -134,7 +134,7 @@ contains
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(physical_t), intent(inout) :: physical !! takes the blocks
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the data
-    integer :: blocks, items, dimension, entity, kind, n, nodes, corners, b, at
+    integer :: blocks, items, dimension, entity, kind, n, nodes, own, b, at
     integer, allocatable :: block(:, :)
     character(:), allocatable :: name
 
@@ -149,12 +149,12 @@ contains
       call read_number(text, cursor, kind, 'the type of a block of elements')
       call read_size(text, cursor, n, 'the number of elements of a block')
       if (cursor%failed) exit
-      call gmsh_shape(kind, nodes, corners, name)
-      if (corners == 0) call fail(cursor, at, name//' in entity '//to_text(entity)// &
+      call gmsh_shape(kind, nodes, own, name)
+      if (nodes == 0) call fail(cursor, at, name//' in entity '//to_text(entity)// &
         ' of dimension '//to_text(dimension), 'this version reads tetrahedra of 4 and 10 '// &
         'nodes, and triangles, lines and points on them')
       call keep_block(b, [dimension, entity], block)
-      call read_element_block(text, n, [nodes, corners, b], file, cursor)
+      call read_element_block(text, n, [nodes, own, b], file, cursor)
     end do
     physical%blocks = b
     call move_alloc(block, physical%block)
@@ -182,7 +182,7 @@ contains
   subroutine read_element_block(text, n, shape, file, cursor)
     character(*), intent(in) :: text !! the file
     integer, intent(in) :: n !! elements of the block
-    integer, intent(in) :: shape(3) !! nodes of each, corners of each, number of the block
+    integer, intent(in) :: shape(3) !! nodes of each, its dimension, number of the block
     type(file_mesh_t), intent(inout) :: file !! takes the cells
     type(cursor_t), intent(inout) :: cursor !! the place; then behind the block
     integer :: i, k, tag, nodes(most_nodes), at

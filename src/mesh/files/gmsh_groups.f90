@@ -1,7 +1,7 @@
 !> Physical groups of Gmsh files: their names, and which cells belong to them.
 module gmsh_groups
   use text, only: to_text
-  use cells, only: tet4, tet10, shapes
+  use cells, only: shapes
   use mesh_file_types, only: file_mesh_t, add_group, add_member, add_remark, group_cells
   implicit none
   private
@@ -97,7 +97,7 @@ contains
           if (version == 4) then
             if (.not. chosen(file%mark(c))) cycle
           else
-            if (file%mark(c) /= name%tag .or. file%size(c) /= name%dimension + 1) cycle
+            if (file%mark(c) /= name%tag .or. file%dimension(c) /= name%dimension) cycle
           end if
           call add_member(file%group(file%groups), c, 0)
         end do
@@ -141,30 +141,26 @@ contains
     end do
   end subroutine remark_nameless
 
-  !> Nodes and corners of an element type that can be read, else 0 and what it is called.
-  pure subroutine gmsh_shape(kind, nodes, corners, name)
+  !> Nodes and dimension of an element type that can be read, else 0 nodes and what it is called.
+  pure subroutine gmsh_shape(kind, nodes, dimension, name)
     integer, intent(in) :: kind !! Gmsh's number of the type
-    integer, intent(out) :: nodes !! all its nodes
-    integer, intent(out) :: corners !! 1 point, 2 line, 3 triangle, 4 tetrahedron, else 0
+    integer, intent(out) :: nodes !! all its nodes, or 0
+    integer, intent(out) :: dimension !! 0 point, 1 line, 2 triangle, 3 cell
     character(:), allocatable, intent(out) :: name !! what it is called
 
-    nodes = 0
-    corners = 0
-    if (any(shapes%gmsh == kind)) then
-      nodes = sum(shapes%nodes, shapes%gmsh == kind)
-      corners = tet4%nodes
-      return
-    end if
+    dimension = 3
+    nodes = sum(shapes%nodes, shapes%gmsh == kind)
+    if (nodes > 0) return
     select case (kind)
     case (15)
       nodes = 1
-      corners = 1
+      dimension = 0
     case (1, 8)
       nodes = merge(2, 3, kind == 1)
-      corners = 2
+      dimension = 1
     case (2, 9)
       nodes = merge(3, 6, kind == 2)
-      corners = 3
+      dimension = 2
     case (3)
       name = 'quadrangles'
     case (5)
@@ -178,12 +174,13 @@ contains
     end select
   end subroutine gmsh_shape
 
-  !> The nodes of an element in the order of mfec: Gmsh swaps the last two of ten.
+  !> The nodes of an element in the order of mfec.
   pure function from_gmsh(nodes) result(ours)
     integer, intent(in) :: nodes(:) !! as Gmsh has them
-    integer :: ours(size(nodes))
+    integer :: ours(size(nodes)), k
 
     ours = nodes
-    if (size(nodes) == tet10%nodes) ours = nodes(tet10%from_gmsh)
+    k = findloc(shapes%nodes, size(nodes), dim=1)
+    if (k > 0) ours = nodes(shapes(k)%from_gmsh(:size(nodes)))
   end function from_gmsh
 end module gmsh_groups

@@ -8,7 +8,7 @@ module mesh_file_reader
   use source, only: file_name
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use cells, only: mirrored, most_nodes
+  use cells, only: mirrored
   use mesh_building, only: element_origin_t, reserve_nodes, reserve_elements, place_node, &
     place_element, set_roundings
   use near_places, only: roundings
@@ -74,7 +74,8 @@ contains
     logical, intent(out) :: good !! there is room
     type(error_t), allocatable :: error
     real(wp), allocatable :: rounding(:, :)
-    integer :: n, e, c, k, nodes, elements, nodes_of(most_nodes)
+    integer :: n, e, c, nodes, elements
+    integer, allocatable :: nodes_of(:)
     real(wp) :: apart
     logical :: twice
 
@@ -102,11 +103,9 @@ contains
       if (place%element(c) < 1) cycle
       e = e + 1
       place%element(c) = e
-      k = 4 + count(file%middles(:, c) > 0)
-      nodes_of(:4) = place%node(file%corners(:, c))
-      nodes_of(5:k) = place%node(file%middles(:k - 4, c))
-      if (mesh%mirrors) nodes_of(:k) = mirrored(nodes_of(:k))
-      call place_element(mesh, origin, e, nodes_of(:k), 1, index, 0, twice)
+      nodes_of = place%node(file%ix(:file%nel(c), c))
+      if (mesh%mirrors) nodes_of = mirrored(nodes_of)
+      call place_element(mesh, origin, e, nodes_of, 1, index, 0, twice)
     end do
     do c = 1, file%cells
       if (place%element(c) < 0) place%element(c) = place%element(-place%element(c))

@@ -2,14 +2,12 @@
 module mesh_file_types
   use kinds, only: wp
   use text, only: string_t, lower
+  use cells, only: most_nodes
   implicit none
   private
   public :: file_mesh_t, file_group_t, file_field_t, add_node, add_cell, add_group, add_member, &
     add_field, add_vector, add_remark, find_group, start_file_mesh
   public :: group_nodes, group_cells, group_faces, group_done, rigid_cell
-
-  !> Most nodes of a cell behind its corners.
-  integer, parameter :: most_middles = 6
 
   !> Characters of a short line of a file, and room for nodes and cells at least.
   integer, parameter :: short_line = 24, least_room = 64
@@ -20,8 +18,7 @@ module mesh_file_types
   integer, parameter :: group_faces = 3 !! places in the list of cells, with a face of each
 
   integer, parameter :: group_done = 0 !! it is a surface of the deck already
-  !> Mark of a triangle that is rigid and needs no tetrahedron behind it; with a fourth node among
-  !! its middles it is a quadrilateral.
+  !> Mark of a triangle or quadrilateral that is rigid and needs no tetrahedron behind it.
   integer, parameter :: rigid_cell = -1
 
   !> A named group of nodes, cells or faces.
@@ -33,7 +30,7 @@ module mesh_file_types
     integer :: scope = 0 !! instance of an Abaqus file that its name belongs to, 0 for none
     integer :: count = 0 !! members
     integer, allocatable :: members(:) !! its members (may be larger than count)
-    integer, allocatable :: faces(:) !! face 1 to 4 of each, 0 for all free ones; else 0
+    integer, allocatable :: faces(:) !! facet of each, 0 for all free ones; else 0
   end type file_group_t
 
   !> Vectors of cells under a name.
@@ -55,9 +52,9 @@ module mesh_file_types
     integer, allocatable :: node_at(:) !! character of the file where each stands
     integer :: cells = 0 !! number of cells
     integer, allocatable :: cell_tag(:) !! the file's number of each cell
-    integer, allocatable :: corners(:, :) !! (4, cells) node numbers of the file, zeros behind
-    integer, allocatable :: middles(:, :) !! (6, cells) those behind the corners, zeros where none
-    integer, allocatable :: size(:) !! corners of each cell: 1, 2, 3 or 4
+    integer, allocatable :: dimension(:) !! of each cell: point 0, line 1, triangle 2, tetrahedron 3
+    integer, allocatable :: nel(:) !! nodes of each cell
+    integer, allocatable :: ix(:, :) !! (most_nodes, cells) their numbers in the file, zeros behind
     integer, allocatable :: mark(:) !! what tells the reader the groups of each cell
     integer, allocatable :: cell_at(:) !! character of the file where each stands
     integer :: groups = 0 !! number of groups
@@ -76,8 +73,8 @@ contains
 
     room = max(least_room, letters/short_line)
     allocate (file%node_tag(room), file%node_at(room), file%x(3, room))
-    allocate (file%cell_tag(room), file%size(room), file%mark(room), file%cell_at(room))
-    allocate (file%corners(4, room), file%middles(most_middles, room))
+    allocate (file%cell_tag(room), file%dimension(room), file%nel(room), file%mark(room), &
+      file%cell_at(room), file%ix(most_nodes, room))
     allocate (file%group(8), file%field(0), file%remarks(0))
   end subroutine start_file_mesh
 
@@ -103,31 +100,31 @@ contains
   end subroutine add_node
 
   !> Adds a cell.
-  subroutine add_cell(file, tag, nodes, corners, mark, at)
+  subroutine add_cell(file, tag, nodes, dimension, mark, at)
     type(file_mesh_t), intent(inout) :: file !! the file
     integer, intent(in) :: tag !! its number
     integer, intent(in) :: nodes(:) !! node numbers of the file, corners first
-    integer, intent(in) :: corners !! how many of them are corners, one to four
+    integer, intent(in) :: dimension !! 0 to 3
     integer, intent(in) :: mark !! what tells the reader its groups
     integer, intent(in) :: at !! character of the file where it stands
+    integer, allocatable :: more(:, :)
 
     if (file%cells == size(file%cell_tag)) then
       call grow(file%cell_tag)
-      call grow(file%size)
+      call grow(file%dimension)
+      call grow(file%nel)
       call grow(file%mark)
       call grow(file%cell_at)
-      call grow_columns(file%corners)
-      call grow_columns(file%middles)
+      allocate (more(most_nodes, size(file%cell_tag)))
+      more(:, :file%cells) = file%ix
+      call move_alloc(more, file%ix)
     end if
     file%cells = file%cells + 1
     file%cell_tag(file%cells) = tag
-    file%corners(:corners, file%cells) = nodes(:corners)
-    file%corners(corners + 1:, file%cells) = 0
-    ! zeros mean that there is none: a node 0 of the file becomes one that no file defines
-    file%middles(:size(nodes) - corners, file%cells) = merge(-1, nodes(corners + 1:), &
-      nodes(corners + 1:) == 0)
-    file%middles(size(nodes) - corners + 1:, file%cells) = 0
-    file%size(file%cells) = corners
+    file%dimension(file%cells) = dimension
+    file%nel(file%cells) = size(nodes)
+    file%ix(:size(nodes), file%cells) = nodes
+    file%ix(size(nodes) + 1:, file%cells) = 0
     file%mark(file%cells) = mark
     file%cell_at(file%cells) = at
   end subroutine add_cell
@@ -270,16 +267,6 @@ contains
     end do
     g = 0
   end function find_group
-
-  !> Doubles the number of columns of an array; what is new is undefined.
-  subroutine grow_columns(array)
-    integer, allocatable, intent(inout) :: array(:, :) !! the array
-    integer, allocatable :: more(:, :)
-
-    allocate (more(size(array, 1), 2*size(array, 2)))
-    more(:, :size(array, 2)) = array
-    call move_alloc(more, array)
-  end subroutine grow_columns
 
   !> Doubles the length of a list; what is new is undefined.
   subroutine grow(list)

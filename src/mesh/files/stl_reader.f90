@@ -122,7 +122,7 @@ contains
       do k = 1, 3
         call add_node(file, 3*(i - 1) + k, real(x(3*k + 1:3*k + 3), wp), at)
       end do
-      call add_cell(file, i, [3*i - 2, 3*i - 1, 3*i], 3, 0, at)
+      call add_cell(file, i, [3*i - 2, 3*i - 1, 3*i], 2, 0, at)
     end do
   end subroutine read_bytes
 
@@ -163,7 +163,7 @@ contains
       end if
       n = n + 1
       call add_node(file, n, x, first)
-      if (mod(n, 3) == 0) call add_cell(file, n/3, [n - 2, n - 1, n], 3, 0, first)
+      if (mod(n, 3) == 0) call add_cell(file, n/3, [n - 2, n - 1, n], 2, 0, first)
     end do
     if (mod(n, 3) /= 0) call fail(cursor, cursor%last, 'the file ends within a triangle', &
       'is the file complete? write it again')

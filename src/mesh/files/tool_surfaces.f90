@@ -30,7 +30,7 @@ contains
   pure logical function is_tool(file)
     type(file_mesh_t), intent(in) :: file !! what the file holds
 
-    is_tool = any(file%size(:file%cells) == 3) .and. .not. any(file%size(:file%cells) == 4)
+    is_tool = maxval(file%dimension(:file%cells)) == 2
   end function is_tool
 
   !> Makes surfaces of the triangles: one of all under the name of `AS`, else one for each group of
@@ -49,7 +49,7 @@ contains
     call resolve_nodes(place, file, diagnostics)
     if (diagnostics%errors > errors) return
     allocate (place%rigid(file%cells))
-    place%rigid(:) = file%size(:file%cells) == 3
+    place%rigid(:) = file%dimension(:file%cells) == 2
     call place_corners(place, file, mesh, diagnostics)
     if (diagnostics%errors > errors) return
     call place_groups(name, place, file, mesh, grouped, diagnostics)
@@ -96,7 +96,7 @@ contains
         chosen = .false.
         chosen(group%members(:group%count)) = .true.
         if (.not. any(chosen .and. place%rigid)) cycle
-        if (any(chosen .and. file%size(:file%cells) == 4)) cycle
+        if (any(chosen .and. file%dimension(:file%cells) == 3)) cycle
         group%kind = group_done
         grouped = .true.
         call add_surface(group%name, chosen .and. place%rigid, place, file, mesh, diagnostics)
@@ -130,8 +130,7 @@ contains
     allocate (held(file%nodes), source=.false.)
     do c = 1, file%cells
       if (.not. place%rigid(c)) cycle
-      held(file%corners(:3, c)) = .true.
-      if (is_quadrilateral(file, c)) held(file%middles(1, c)) = .true.
+      held(file%ix(:merge(4, 3, is_quadrilateral(file, c)), c)) = .true.
     end do
     held = held .and. place%node < 1
     members = pack([(n, n=1, file%nodes)], held)
@@ -185,8 +184,8 @@ contains
     do c = 1, file%cells
       if (.not. chosen(c)) cycle
       do i = 1, merge(2, 1, is_quadrilateral(file, c))
-        three = place%node(file%corners(:3, c))
-        if (i == 2) three = place%node([file%corners([1, 3], c), file%middles(1, c)])
+        three = place%node(file%ix(:3, c))
+        if (i == 2) three = place%node(file%ix([1, 3, 4], c))
         triangles = triangles + 1
         if (is_flat(mesh%x(:, three))) cycle
         n = n + 1
@@ -221,7 +220,7 @@ contains
     type(file_mesh_t), intent(in) :: file !! what the file holds
     integer, intent(in) :: c !! the cell
 
-    is_quadrilateral = file%mark(c) == rigid_cell .and. file%middles(1, c) > 0
+    is_quadrilateral = file%mark(c) == rigid_cell .and. file%nel(c) == 4
   end function is_quadrilateral
 
   !> Three corners lie on a line.
