@@ -4,10 +4,10 @@
 !! rotation vector of its state is half the curl of the displacements.
 module elmt01
   use kinds, only: wp
-  use vectors, only: cross
   use element_types, only: task_tangent, task_residual, task_stress
   use solid_types, only: solid_t, most_solid_dofs, d_youngs_modulus, d_poissons_ratio, &
     state_stress, state_rotation, state_strain
+  use solid_shapes, only: flat_gradients
   use law_linear, only: lame, linear_stress
   use deformation, only: small_strain, rotation_vector
   implicit none
@@ -23,7 +23,7 @@ contains
     type(solid_t), intent(inout) :: e !! local data
     real(wp) :: gradient(3, 4), volume, lambda, g, h(3, 3), strain(6), stress(6)
 
-    call shape_gradients(e%xl(:, 1:4), gradient, volume)
+    call flat_gradients(e%xl(:, 1:4), gradient, volume)
     call lame(d(d_youngs_modulus), d(d_poissons_ratio), lambda, g)
     h = matmul(e%ul(:, 1:4), transpose(gradient))
     strain = small_strain(h)
@@ -44,25 +44,6 @@ contains
       ! task_reach: small strain never turns an element inside out.
     end select
   end subroutine elmt01_t4
-
-  !> Gradients of the four shape functions, and the volume.
-  pure subroutine shape_gradients(x, gradient, volume)
-    real(wp), intent(in) :: x(3, 4) !! corner coordinates [length]
-    real(wp), intent(out) :: gradient(3, 4) !! dN_a/dx [1/length]
-    real(wp), intent(out) :: volume !! [length^3]
-    real(wp) :: a(3), b(3), c(3), six_volume
-
-    a = x(:, 2) - x(:, 1)
-    b = x(:, 3) - x(:, 1)
-    c = x(:, 4) - x(:, 1)
-    gradient(:, 2) = cross(b, c)
-    gradient(:, 3) = cross(c, a)
-    gradient(:, 4) = cross(a, b)
-    six_volume = dot_product(a, gradient(:, 2))
-    gradient(:, 2:4) = gradient(:, 2:4)/six_volume
-    gradient(:, 1) = -(gradient(:, 2) + gradient(:, 3) + gradient(:, 4))
-    volume = six_volume/6.0_wp
-  end subroutine shape_gradients
 
   !> K_ab = V (lambda g_a g_b^T + G g_b g_a^T + G (g_a.g_b) I).
   pure subroutine stiffness(gradient, volume, lambda, g, s)

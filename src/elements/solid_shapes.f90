@@ -8,7 +8,7 @@ module solid_shapes
   use solid_types, only: most_points
   implicit none
   private
-  public :: solid_rule_t, solid_rule, shape_slopes, sample_places
+  public :: solid_rule_t, solid_rule, flat_gradients, shape_values, shape_slopes, sample_places
 
   !> Mid nodes nearer than this share of their edge to its middle are in the middle.
   real(wp), parameter :: straight = 1.0e-10_wp
@@ -33,7 +33,9 @@ contains
     integer :: q, a
 
     if (nel == 4) then
-      call flat_rule(x, rule)
+      rule%n = 1
+      rule%l(:, 1) = 0.25_wp
+      call flat_gradients(x, rule%gradient(:, :4, 1), rule%weight(1))
       return
     end if
     call place_points(x, rule)
@@ -52,26 +54,24 @@ contains
     end do
   end subroutine solid_rule
 
-  !> The one point of four nodes.
-  pure subroutine flat_rule(x, rule)
-    real(wp), intent(in) :: x(3, 4) !! reference coordinates [length]
-    type(solid_rule_t), intent(inout) :: rule !! point, gradients, weight
-    real(wp) :: a(3), b(3), c(3), determinant
+  !> Gradients of the shape functions of four nodes, and the volume.
+  pure subroutine flat_gradients(x, gradient, volume)
+    real(wp), intent(in) :: x(3, 4) !! corner coordinates [length]
+    real(wp), intent(out) :: gradient(3, 4) !! dN_a/dx [1/length]
+    real(wp), intent(out) :: volume !! [length^3]
+    real(wp) :: a(3), b(3), c(3), six_volume
 
     a = x(:, 2) - x(:, 1)
     b = x(:, 3) - x(:, 1)
     c = x(:, 4) - x(:, 1)
-    rule%n = 1
-    rule%l(:, 1) = 0.25_wp
-    rule%gradient(:, 2, 1) = cross(b, c)
-    rule%gradient(:, 3, 1) = cross(c, a)
-    rule%gradient(:, 4, 1) = cross(a, b)
-    determinant = dot_product(a, rule%gradient(:, 2, 1))
-    rule%gradient(:, 2:4, 1) = rule%gradient(:, 2:4, 1)/determinant
-    rule%gradient(:, 1, 1) = -rule%gradient(:, 2, 1) - rule%gradient(:, 3, 1) &
-      - rule%gradient(:, 4, 1)
-    rule%weight(1) = determinant/6.0_wp
-  end subroutine flat_rule
+    gradient(:, 2) = cross(b, c)
+    gradient(:, 3) = cross(c, a)
+    gradient(:, 4) = cross(a, b)
+    six_volume = dot_product(a, gradient(:, 2))
+    gradient(:, 2:4) = gradient(:, 2:4)/six_volume
+    gradient(:, 1) = -(gradient(:, 2) + gradient(:, 3) + gradient(:, 4))
+    volume = six_volume/6.0_wp
+  end subroutine flat_gradients
 
   !> Volume coordinates of the points of ten nodes.
   pure subroutine place_points(x, rule)
@@ -103,7 +103,6 @@ contains
     integer, intent(out) :: n !! number of points
     real(wp), intent(out) :: places(3, most_points) !! (3, n) reference positions [length]
     type(solid_rule_t) :: rule
-    real(wp) :: shape(nel)
     integer :: q
 
     if (nel == 4) then
@@ -114,11 +113,7 @@ contains
     call place_points(x, rule)
     n = rule%n
     do q = 1, n
-      associate (l => rule%l(:, q))
-        shape(:4) = l*(2.0_wp*l - 1.0_wp)
-        shape(5:) = 4.0_wp*l(tet10%ends(1, 5:))*l(tet10%ends(2, 5:))
-      end associate
-      places(:, q) = matmul(x, shape)
+      places(:, q) = matmul(x, shape_values(nel, rule%l(:, q)))
     end do
   end subroutine sample_places
 
@@ -134,6 +129,18 @@ contains
       end associate
     end do
   end function is_straight
+
+  !> The shape functions.
+  pure function shape_values(nel, l) result(value)
+    integer, intent(in) :: nel !! nodes of the element, 4 or 10
+    real(wp), intent(in) :: l(4) !! volume coordinates
+    real(wp) :: value(nel)
+
+    value(:4) = l
+    if (nel == 4) return
+    value(:4) = l*(2.0_wp*l - 1.0_wp)
+    value(5:) = 4.0_wp*l(tet10%ends(1, 5:))*l(tet10%ends(2, 5:))
+  end function shape_values
 
   !> Slopes of the shape functions by the volume coordinates 2, 3, 4, the first being the rest.
   pure function shape_slopes(nel, l) result(slope)

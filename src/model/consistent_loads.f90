@@ -5,7 +5,7 @@ module consistent_loads
   use vectors, only: cross
   use facet_quadrature, only: make_rule
   use quadratic_facet, only: facet_shapes_t, facet_shapes, facet_bent
-  use solid_shapes, only: shape_slopes
+  use solid_shapes, only: shape_slopes, shape_values
   use cells, only: most_facet_nodes, tet4, tet10
   implicit none
   private
@@ -115,14 +115,10 @@ contains
     real(wp), intent(in) :: share !! of the volume of the parent
     real(wp), intent(inout) :: volumes(10) !! integrals of the shape functions [length^3]
     real(wp) :: slopes(3, 10), j(3, 3), weight
-    integer :: m
 
     slopes = shape_slopes(tet10%nodes, l)
     j = matmul(x, transpose(slopes))
     weight = share/6.0_wp*dot_product(cross(j(:, 1), j(:, 2)), j(:, 3))
-    volumes(:4) = volumes(:4) + weight*l*(2.0_wp*l - 1.0_wp)
-    do m = 5, 10
-      volumes(m) = volumes(m) + weight*4.0_wp*l(tet10%ends(1, m))*l(tet10%ends(2, m))
-    end do
+    volumes = volumes + weight*shape_values(tet10%nodes, l)
   end subroutine add_point
 end module consistent_loads

@@ -8,6 +8,7 @@ module nodal_dilatation
   use vectors, only: invert
   use cells, only: tet4
   use bulk_laws, only: laws
+  use solid_shapes, only: flat_gradients
   use law_linear, only: lame
   use law_neohooke, only: neohooke_volume
   use deformation, only: volume_growth
@@ -93,7 +94,7 @@ contains
     allocate (list%place(4, 4, size(list%corner, 2)), source=0)
     do e = 1, size(list%corner, 2)
       if (list%corner(1, e) == 0) cycle
-      call shape_gradients(model%mesh%x(:, model%mesh%ix(:tet4%nodes, e)), gradient, volume)
+      call flat_gradients(model%mesh%x(:, model%mesh%ix(:tet4%nodes, e)), gradient, volume)
       do a = 1, 4
         associate (v => list%corner(a, e))
           list%size(v) = list%size(v) + 0.25_wp*volume
@@ -112,20 +113,6 @@ contains
     end do
   end subroutine collect_patches
 
-  !> Gradients of the four shape functions, and the volume.
-  pure subroutine shape_gradients(x, gradient, volume)
-    real(wp), intent(in) :: x(3, 4) !! corner coordinates [length]
-    real(wp), intent(out) :: gradient(3, 4) !! dN_a/dx [1/length]
-    real(wp), intent(out) :: volume !! [length^3]
-    real(wp) :: edges(3, 3), back(3, 3), det
-
-    edges = x(:, 2:4) - spread(x(:, 1), 2, 3)
-    call invert(edges, back, det)
-    gradient(:, 2:4) = transpose(back)
-    gradient(:, 1) = -sum(gradient(:, 2:4), 2)
-    volume = det/6.0_wp
-  end subroutine shape_gradients
-
   !> What an element gives.
   pure function part_of(x, u, finite) result(part)
     real(wp), intent(in) :: x(3, 4) !! reference positions of its nodes [length]
@@ -135,7 +122,7 @@ contains
     real(wp) :: gradient(3, 4), volume, f(3, 3), h(3, 3), j
     integer :: i
 
-    call shape_gradients(x, gradient, volume)
+    call flat_gradients(x, gradient, volume)
     if (finite) then
       f = matmul(u, transpose(gradient))
       part%growth = volume*volume_growth(f)
