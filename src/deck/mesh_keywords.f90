@@ -2,6 +2,7 @@
 module mesh_keywords
   use body_fields, only: field_words
   use bulk_laws, only: solid_signature
+  use cells, only: shapes
   use keyword_types, only: keyword_table_t, table_mesh, add_command, add_data, add_word, explain
   implicit none
   private
@@ -67,6 +68,8 @@ contains
   !> Nodes, elements and materials.
   subroutine add_mesh_keywords(t)
     type(keyword_table_t), intent(inout) :: t !! the table
+    character(:), allocatable :: signature
+    integer :: k
 
     call add_command(t, table_mesh, 'COORdinates', '', 'coordinates of nodes')
     call add_data(t, 'p:node n:inc r:x1 r:x2 r:x3')
@@ -87,9 +90,12 @@ contains
     call explain(t, '    1 0 1  1 2 3 4')
     call add_command(t, table_mesh, 'BLOCk', '[w:name]', 'a block of cells; its name is a region')
     call add_data(t, 'p:point r:x1 r:x2 r:x3')
-    call add_word(t, 'CARTesian', 'p:n1 p:n2 p:n3 MATErial p:material TET4'// &
-                  '| p:n1 p:n2 p:n3 TET4 | p:n1 p:n2 p:n3 MATErial p:material TET10'// &
-                  '| p:n1 p:n2 p:n3 TET10 | p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
+    signature = ''
+    do k = 1, size(shapes)
+      signature = signature//'p:n1 p:n2 p:n3 MATErial p:material '//trim(shapes(k)%name)// &
+        ' | p:n1 p:n2 p:n3 '//trim(shapes(k)%name)//' | '
+    end do
+    call add_word(t, 'CARTesian', signature//'p:n1 p:n2 p:n3 n:node1 n:element1 n:material '// &
                   '11:btype', 'cells along the three edges, material, element type')
     call explain(t, 'Data records: master points 1-4 of the lower face, 5-8 above; if wanted, as')
     call explain(t, 'in FEAP: 9-12 on the edges 15 26 37 48, 13-16 on 12 23 34 41, 17 on the')

@@ -6,7 +6,7 @@ module cell_geometry
   use cells, only: shapes, kind_of, corners_of
   implicit none
   private
-  public :: cell_volume, cell_orientation, cell_aspect, cell_height, cell_middle
+  public :: cell_volume, cell_growth, cell_orientation, cell_aspect, cell_height, cell_middle
   public :: longest_edge, facet_vector, point_towards, shares_of_points
   public :: right_handed, left_handed, no_volume
 
@@ -32,6 +32,26 @@ contains
       volume = volume + tetrahedron_volume(x(:, nodes(shapes(k)%piece(:, i))))
     end do
   end function cell_volume
+
+  !> What the volume of a cell changes by where its nodes move: that of each tetrahedron times the
+  !! gradients of its shape functions.
+  pure function cell_growth(x, nodes) result(g)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: nodes(:) !! of the cell, zeros behind the last
+    real(wp) :: g(3, size(nodes)), part(3, 4), y(3, 4)
+    integer :: i, k
+
+    g = 0.0_wp
+    k = kind_of(nodes)
+    do i = 1, shapes(k)%pieces
+      y = x(:, nodes(shapes(k)%piece(:, i)))
+      part(:, 2) = cross(y(:, 3) - y(:, 1), y(:, 4) - y(:, 1))/6.0_wp
+      part(:, 3) = cross(y(:, 4) - y(:, 1), y(:, 2) - y(:, 1))/6.0_wp
+      part(:, 4) = cross(y(:, 2) - y(:, 1), y(:, 3) - y(:, 1))/6.0_wp
+      part(:, 1) = -(part(:, 2) + part(:, 3) + part(:, 4))
+      g(:, shapes(k)%piece(:, i)) = g(:, shapes(k)%piece(:, i)) + part
+    end do
+  end function cell_growth
 
   !> Orientation of a cell: right_handed, left_handed or no_volume.
   pure integer function cell_orientation(x, nodes) result(orientation)

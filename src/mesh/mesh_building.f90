@@ -3,11 +3,11 @@ module mesh_building
   use kinds, only: wp
   use errors, only: error_t, raise, exit_deck, exit_resources
   use text, only: to_text
-  use cells, only: most_nodes, tet4
+  use cells, only: most_nodes, shapes, kind_of
   use mesh_types, only: mesh_t
   implicit none
   private
-  public :: element_origin_t, start_mesh, drop_middles, reserve_nodes, reserve_elements, &
+  public :: element_origin_t, start_mesh, drop_rows, reserve_nodes, reserve_elements, &
     place_node, place_element, finish_mesh, model_size, model_box, axis_tolerance, &
     place_tolerance, miss_tolerance, set_roundings
   public :: own_nodes, most_mesh_nodes, max_elements, max_coordinate
@@ -165,11 +165,11 @@ contains
   pure subroutine limit_roundings(mesh)
     type(mesh_t), intent(inout) :: mesh !! the mesh; gets spacing
     real(wp) :: edge
-    integer :: e, i, k, a, b
+    integer :: e, i, k, a, b, shape
 
     allocate (mesh%spacing(mesh%nodes), source=huge(1.0_wp))
     do e = 1, mesh%elements
-      do k = 2, tet4%nodes
+      do k = 2, shapes(kind_of(mesh%ix(:, e)))%corners
         b = mesh%ix(k, e)
         do i = 1, k - 1
           a = mesh%ix(i, e)
@@ -180,8 +180,9 @@ contains
         end do
       end do
     end do
-    do k = tet4%nodes + 1, most_nodes
-      do e = 1, mesh%elements
+    do e = 1, mesh%elements
+      shape = kind_of(mesh%ix(:, e))
+      do k = shapes(shape)%corners + 1, shapes(shape)%nodes
         a = mesh%ix(k, e)
         b = mesh%ix(1, e)
         if (min(a, b) < 1 .or. max(a, b) > mesh%nodes) cycle
@@ -306,16 +307,20 @@ contains
     if (status == 0) call resize_numbers(origin%record, room, status)
   end subroutine resize_elements
 
-  !> Gives back the room for nodes in the middle of edges where no element has any. To be called
-  !! when all that reads the mesh is done.
-  subroutine drop_middles(mesh)
+  !> Gives back the room for nodes that no element has. To be called when all that reads the mesh is
+  !! done.
+  subroutine drop_rows(mesh)
     type(mesh_t), intent(inout) :: mesh !! the mesh
     integer, allocatable :: ix(:, :)
+    integer :: rows
 
-    if (size(mesh%ix, 1) <= tet4%nodes .or. any(mesh%ix(tet4%nodes + 1:, :) > 0)) return
-    ix = mesh%ix(:tet4%nodes, :)
+    do rows = size(mesh%ix, 1), minval(shapes%nodes) + 1, -1
+      if (any(mesh%ix(rows, :) > 0)) exit
+    end do
+    if (rows == size(mesh%ix, 1)) return
+    ix = mesh%ix(:rows, :)
     call move_alloc(ix, mesh%ix)
-  end subroutine drop_middles
+  end subroutine drop_rows
 
   !> Gives a list of numbers another length; what is new is 0.
   subroutine resize_numbers(list, room, status)

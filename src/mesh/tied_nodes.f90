@@ -10,7 +10,7 @@ module tied_nodes
   use mesh_types, only: mesh_t
   use mesh_building, only: axis_tolerance, place_tolerance
   use mesh_names, only: find_nodes, name_hint
-  use cells, only: tet4, most_nodes
+  use cells, only: shapes, kind_of, facet_name, has_middles
   use facets, only: facet_table_t, exterior_facets
   use key_sorting, only: sort_columns, ascending, unique_numbers
   implicit none
@@ -299,10 +299,11 @@ contains
     type(diagnostics_t), intent(inout) :: diagnostics !! errors
     type(mesh_t), intent(in) :: mesh !! the mesh, tied
     integer, allocatable :: key(:, :), order(:)
+    logical :: ten(mesh%elements)
     integer :: f, n, first
 
-    if (all(mesh%ix(most_nodes, :mesh%elements) > 0) .or. &
-      all(mesh%ix(most_nodes, :mesh%elements) == 0)) return
+    ten = [(has_middles(mesh%ix(:, f)), f=1, mesh%elements)]
+    if (all(ten) .or. .not. any(ten)) return
     call list_joined(mesh, key)
     call sort_columns(key(:3, :), order)
     n = 0
@@ -310,9 +311,9 @@ contains
     do f = 2, size(order)
       associate (a => key(:, order(f - 1)), b => key(:, order(f)))
         if (any(a(:3) /= b(:3))) cycle
-        if ((mesh%ix(most_nodes, a(4)) > 0) .eqv. (mesh%ix(most_nodes, b(4)) > 0)) cycle
+        if (ten(a(4)) .eqv. ten(b(4))) cycle
         n = n + 1
-        if (first == 0) first = merge(a(4), b(4), mesh%ix(most_nodes, a(4)) > 0)
+        if (first == 0) first = merge(a(4), b(4), ten(a(4)))
       end associate
     end do
     if (n == 0) return
@@ -334,9 +335,8 @@ contains
     do pass = 1, 2
       n = 0
       do e = 1, mesh%elements
-        if (count(joined(mesh%ix(:4, e))) < 3) cycle
-        do f = 1, 4
-          associate (corners => mesh%ix(tet4%facet(:3, f), e))
+        do f = 1, shapes(kind_of(mesh%ix(:, e)))%facets
+          associate (corners => facet_name(mesh%ix(:, e), f))
             if (.not. all(joined(corners))) cycle
             n = n + 1
             if (pass == 2) key(:, n) = [ascending(corners), e]

@@ -2,6 +2,7 @@
 !! stress", eq. (8.14)).
 module patch_fits
   use kinds, only: wp
+  use cells, only: corners_of
   use mesh_types, only: mesh_t
   implicit none
   private
@@ -152,9 +153,11 @@ contains
 
     before = patch%n
     do i = 1, before
-      do k = 1, 4
-        call take_around(recovery, mesh, mesh%ix(k, patch%list(i)), material, patch)
-      end do
+      associate (corners => corners_of(mesh%ix(:, patch%list(i))))
+        do k = 1, size(corners)
+          call take_around(recovery, mesh, corners(k), material, patch)
+        end do
+      end associate
     end do
     grown = patch%n > before
   end subroutine grow_ring

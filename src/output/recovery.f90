@@ -6,7 +6,7 @@
 !! the middles of edges.
 module recovery
   use kinds, only: wp
-  use cells, only: tet10
+  use cells, only: shapes, kind_of
   use cell_geometry, only: cell_volume, cell_middle
   use mesh_types, only: mesh_t
   use facets, only: node_elements
@@ -187,7 +187,7 @@ contains
     real(wp), intent(inout) :: values(:, :) !! (components, nodes) sums of values times volumes
     real(wp), intent(inout) :: share(:) !! (nodes) sums of volumes
     real(wp) :: c(most_terms, size(samples, 1)), b(most_terms)
-    integer :: s, i, k, m
+    integer :: s, i, k, m, shape
 
     c = 0.0_wp
     do s = 1, patch%samples
@@ -204,8 +204,9 @@ contains
         values(:, v) = values(:, v) + volume*c(1, :)
         share(v) = share(v) + volume
         if (.not. recovery%ten(e)) cycle
-        do m = 5, 10
-          if (all(mesh%ix(tet10%ends(:, m), e) /= v)) cycle
+        shape = kind_of(mesh%ix(:, e))
+        do m = shapes(shape)%corners + 1, shapes(shape)%nodes
+          if (all(mesh%ix(shapes(shape)%ends(:, m), e) /= v)) cycle
           associate (n => mesh%ix(m, e))
             call find_terms((mesh%x(:, n) - patch%origin)/patch%size, patch%terms, b)
             values(:, n) = values(:, n) + volume*matmul(b(:patch%terms), c(:patch%terms, :))

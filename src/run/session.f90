@@ -12,7 +12,7 @@ module session
   use deck_reader, only: read_deck
   use changed_decks, only: change_deck, refuse_changes, settings_text
   use diagnostics, only: diagnostics_t, error_count, diagnostics_to_error, note_lines, warning_lines
-  use mesh_building, only: drop_middles
+  use mesh_building, only: drop_rows
   use model_types, only: model_t, state_none
   use model_reader, only: read_model
   use batch_types, only: batch_command_t
@@ -198,7 +198,7 @@ contains
     if (allocated(error)) return
     associate (model => context%model, system => context%system, form => context%form, &
       files => context%files)
-      call drop_middles(model%mesh)
+      call drop_rows(model%mesh)
       call build_system(model, system, form, context%state)
       call check_slopes(model, system, context%sensitivity, diagnostics)
       call diagnostics_to_error(diagnostics, error)
@@ -294,7 +294,7 @@ contains
     call start_blas(error)
     if (allocated(error)) return
     scene = model
-    call drop_middles(scene%mesh)
+    call drop_rows(scene%mesh)
     call build_system(scene, system, form, state)
     states%base = base_name(options)
     call go_on(options, scene, system, form, state, states, error)

@@ -6,6 +6,7 @@ module sensitivity_start
   use deck_types, only: location_t
   use diagnostics, only: diagnostics_t, report_error
   use model_types, only: model_t, load_t, form_plain
+  use cells, only: corners_of
   use loads, only: add_displacement, add_force
   use mesh_names, only: find_nodes
   use contact_points, only: count_points
@@ -137,7 +138,7 @@ contains
       m = model%element_material(e)
       if (m == 0) cycle
       if (model%materials(m)%rigid) cycle
-      b = maxval(body%node_body(model%mesh%ix(1:4, e)))
+      b = maxval(body%node_body(corners_of(model%mesh%ix(:, e))))
       if (b == 0) cycle
       if (seen(b) .and. abs(slope%stiffness(b) - slope%modulus(m)) > &
         1.0e-9_wp*(abs(slope%stiffness(b)) + abs(slope%modulus(m)))) then

@@ -5,7 +5,7 @@ module gmsh2_sections
   use file_cursor, only: cursor_t, fail, read_number, read_real, read_line, find_item
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
-  use gmsh_groups, only: from_gmsh, gmsh_shape
+  use gmsh_groups, only: from_gmsh, gmsh_shape, gmsh_readable
   implicit none
   private
   public :: read_nodes2, read_elements2
@@ -97,7 +97,7 @@ contains
     if (cursor%failed) return
     call gmsh_shape(kind, n, dimension, name)
     if (n == 0) call fail(cursor, at, 'element '//to_text(tag)//' is one of the '//name, &
-      'this version reads tetrahedra of 4 and 10 nodes, and triangles, lines and points on them')
+      gmsh_readable)
     if (tags < 0) call fail(cursor, at, 'element '//to_text(tag)//' has '//to_text(tags)//' tags', &
       'is the file damaged? write it again')
     group = 0

@@ -5,7 +5,7 @@ module gmsh4_sections
   use file_cursor, only: cursor_t, fail, read_number, read_size, read_real, find_item
   use cells, only: most_nodes
   use mesh_file_types, only: file_mesh_t, add_node, add_cell
-  use gmsh_groups, only: from_gmsh, physical_t, add_membership, gmsh_shape
+  use gmsh_groups, only: from_gmsh, physical_t, add_membership, gmsh_shape, gmsh_readable
   implicit none
   private
   public :: read_entities4, read_nodes4, read_elements4
@@ -151,8 +151,7 @@ contains
       if (cursor%failed) exit
       call gmsh_shape(kind, nodes, own, name)
       if (nodes == 0) call fail(cursor, at, name//' in entity '//to_text(entity)// &
-        ' of dimension '//to_text(dimension), 'this version reads tetrahedra of 4 and 10 '// &
-        'nodes, and triangles, lines and points on them')
+        ' of dimension '//to_text(dimension), gmsh_readable)
       call keep_block(b, [dimension, entity], block)
       call read_element_block(text, n, [nodes, own, b], file, cursor)
     end do

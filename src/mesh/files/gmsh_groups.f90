@@ -6,6 +6,11 @@ module gmsh_groups
   implicit none
   private
   public :: physical_t, add_physical, add_membership, gather_groups, gmsh_shape, from_gmsh
+  public :: gmsh_readable
+
+  !> What of Gmsh can be read.
+  character(*), parameter :: gmsh_readable = 'this version reads tetrahedra of 4 and 10 nodes, '// &
+    'and triangles, lines and points on them'
 
   !> A name of a physical group.
   type :: physical_name_t

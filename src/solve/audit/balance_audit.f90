@@ -2,6 +2,7 @@
 module balance_audit
   use kinds, only: wp, machine_epsilon
   use vectors, only: norm_of, largest_of
+  use cells, only: corners_of
   use solution_settings, only: tol_energy, tol_residual
   use element_types, only: routine_none, routine_finite
   use element_parameters, only: d03_epsilon
@@ -135,12 +136,12 @@ contains
     integer :: i, j
 
     strain = 0.0_wp
-    associate (node => bulk%ix(1:4, k))
+    associate (node => corners_of(bulk%ix(:, k)))
       if (.not. state%whole) then
         if (count(condensed%candidate(node)) < 2) return
       end if
-      do i = 1, 3
-        do j = i + 1, 4
+      do i = 1, size(node) - 1
+        do j = i + 1, size(node)
           if (.not. state%whole) then
             if (.not. all(condensed%candidate(node([i, j])))) cycle
           end if

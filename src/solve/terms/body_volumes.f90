@@ -2,7 +2,9 @@
 !! (doc/theory, "Strain and rotation", eq. (13.5)).
 module body_volumes
   use kinds, only: wp
-  use vectors, only: cross, determinant
+  use vectors, only: cross
+  use cells, only: corners_of
+  use cell_geometry, only: cell_volume, cell_growth
   use element_types, only: routine_none, routine_finite
   use system_types, only: system_t
   implicit none
@@ -30,8 +32,8 @@ contains
     volume = 0.0_wp
     do k = 1, system%bulk%n
       if (.not. counts(system, k)) cycle
-      associate (node => system%bulk%ix(1:4, k), b => system%body%node_body(system%bulk%ix(1, k)))
-        volume(b) = volume(b) + determinant(x(:, node(2:4)) - spread(x(:, node(1)), 2, 3))/6.0_wp
+      associate (b => system%body%node_body(system%bulk%ix(1, k)))
+        volume(b) = volume(b) + cell_volume(x, system%bulk%ix(:, k))
       end associate
     end do
   end subroutine find_volumes
@@ -47,26 +49,11 @@ contains
     do k = 1, system%bulk%n
       if (system%body%node_body(system%bulk%ix(1, k)) /= body) cycle
       if (.not. counts(system, k)) cycle
-      associate (node => system%bulk%ix(1:4, k))
-        g(:, node) = g(:, node) + corner_gradient(x(:, node))
+      associate (node => system%bulk%ix(:system%bulk%nel(k), k))
+        g(:, node) = g(:, node) + cell_growth(x, node)
       end associate
     end do
   end subroutine add_volume_gradient
-
-  !> What the volume of a tetrahedron changes by where its corners move: its volume times the
-  !! gradients of their shape functions.
-  pure function corner_gradient(x) result(g)
-    real(wp), intent(in) :: x(3, 4) !! corners [length]
-    real(wp) :: g(3, 4), a(3), b(3), c(3)
-
-    a = x(:, 2) - x(:, 1)
-    b = x(:, 3) - x(:, 1)
-    c = x(:, 4) - x(:, 1)
-    g(:, 2) = cross(b, c)/6.0_wp
-    g(:, 3) = cross(c, a)/6.0_wp
-    g(:, 4) = cross(a, b)/6.0_wp
-    g(:, 1) = -(g(:, 2) + g(:, 3) + g(:, 4))
-  end function corner_gradient
 
   !> Mean rotation of these elements of each body, half the curl of the displacements: what turns
   !! the part of small strain of a body whose other elements are of finite strain.
@@ -75,15 +62,17 @@ contains
     real(wp), intent(in) :: u(:, :) !! (3, nodes) displacements [length]
     type(system_t), intent(in) :: system !! elements, bodies, equations
     real(wp), intent(out) :: turn(:, :) !! (3, bodies) [radian]
-    real(wp) :: volume(size(turn, 2)), g(3, 4)
+    real(wp) :: volume(size(turn, 2))
+    real(wp), allocatable :: g(:, :)
     integer :: i, k
 
     turn = 0.0_wp
     do k = 1, system%bulk%n
       if (.not. counts(system, k)) cycle
-      associate (node => system%bulk%ix(1:4, k), b => system%body%node_body(system%bulk%ix(1, k)))
-        g = corner_gradient(x(:, node))
-        do i = 1, 4
+      associate (node => corners_of(system%bulk%ix(:, k)), &
+        b => system%body%node_body(system%bulk%ix(1, k)))
+        g = cell_growth(x, node)
+        do i = 1, size(node)
           turn(:, b) = turn(:, b) + 0.5_wp*cross(g(:, i), u(:, node(i)))
         end do
       end associate
