@@ -5,17 +5,19 @@
 module cells
   implicit none
   private
-  public :: shape_t, kind_of, nodes_of, corners_of, has_middles, mirrored, facet_name, &
-    facet_of, tet4, tet10, brick, shapes, most_nodes, most_facet_nodes, most_cell_facets
+  public :: shape_t, kind_of, nodes_of, corners_of, has_middles, mirrored, facet_name, named_by, &
+    facet_of, tet4, tet10, brick, shapes, file_shapes, most_nodes, most_facet_nodes, &
+    most_cell_facets
 
   !> Most nodes of a cell and of one of its facets, and most facets of an element.
   integer, parameter :: most_nodes = 10
   integer, parameter :: most_facet_nodes = 6
   integer, parameter :: most_cell_facets = 4
 
-  !> One shape of a cell. What is zero or empty is not asked for.
+  !> One shape of a cell, or of a facet, line or point. What is zero or empty is not asked for.
   type :: shape_t
     character(5) :: name = '' !! its keyword
+    integer :: dimension = 3 !! point 0, line 1, triangle 2, cell 3
     integer :: corners = 0 !! number of corners
     integer :: nodes = 0 !! number of nodes
     integer :: facets = 0 !! number of facets
@@ -28,7 +30,7 @@ module cells
     integer :: vtk = 0 !! number of VTK
     integer :: gmsh = 0 !! number of Gmsh
     integer :: from_gmsh(most_nodes) = 0 !! places of its nodes in Gmsh's order
-    character(48) :: abaqus = '' !! types of Abaqus that are read as this one
+    character(56) :: abaqus = '' !! types of Abaqus that are read as this one
   end type shape_t
 
   integer, parameter :: corners_1234(4, 6) = reshape([1, 2, 3, 4], [4, 6], pad=[0])
@@ -48,6 +50,17 @@ module cells
     abaqus='c3d10 c3d10h c3d10m c3d10mh c3d10hs c3d10t')
   !> Those that elements have.
   type(shape_t), parameter :: shapes(2) = [tet4, tet10]
+
+  !> Those of mesh files.
+  type(shape_t), parameter :: file_shapes(8) = [shapes, &
+    shape_t(dimension=2, nodes=3, gmsh=2, &
+    abaqus='s3 s3r stri3 cps3 cpe3 cax3 m3d3 sfm3d3 r3d3 ds3'), &
+    shape_t(dimension=2, nodes=6, gmsh=9, abaqus='s6 cps6 cpe6 cax6 m3d6 stri65 ds6'), &
+    shape_t(dimension=2, nodes=4, abaqus='r3d4'), &
+    shape_t(dimension=1, nodes=2, gmsh=1, &
+    abaqus='t3d2 t2d2 b31 b31h b21 r2d2 rb3d2 dc1d2'), &
+    shape_t(dimension=1, nodes=3, gmsh=8, abaqus='b32 b32h t3d3'), &
+    shape_t(dimension=0, nodes=1, gmsh=15)]
 
   !> A cell of BLOCk or of ELEMents SPLIt: corners 1 to 4 of the lower face, 5 to 8 above them. Its
   !! tetrahedra all hold the diagonal 1-7 and cut each facet from its first corner to its third, so
@@ -106,10 +119,19 @@ contains
   pure function facet_name(nodes, f) result(corners)
     integer, intent(in) :: nodes(:) !! nodes of the element, zeros behind the last
     integer, intent(in) :: f !! which facet
+    integer :: corners(3), k
+
+    k = kind_of(nodes)
+    corners = named_by(nodes(shapes(k)%facet(:shapes(k)%facet_nodes, f)))
+  end function facet_name
+
+  !> The three corners that a facet is known by.
+  pure function named_by(facet) result(corners)
+    integer, intent(in) :: facet(:) !! its nodes, seen from outside
     integer :: corners(3)
 
-    corners = nodes(shapes(kind_of(nodes))%facet(:3, f))
-  end function facet_name
+    corners = facet(:3)
+  end function named_by
 
   !> All nodes of the facet of an element that has these corners: the corners in the order given,
   !! then the middles of the edges 12, 23, 31, if the element has some; zeros behind the last.

@@ -77,7 +77,8 @@ contains
         'element numbers start at 1; a blank line ends the data set')
     else if (split) then
       call check_brick(record, extra - 3, diagnostics, now)
-    else if (extra - 3 == brick%nodes .and. all(now%nodes(:brick%nodes) > 0)) then
+    else if (all(shapes%nodes /= brick%nodes) .and. extra - 3 == brick%nodes .and. &
+      all(now%nodes(:brick%nodes) > 0)) then
       call report_error(diagnostics, record%items(extra)%at, 'element '//to_text(number)// &
         ' has 8 nodes: a brick', 'elements are tetrahedra; ELEMents SPLIt cuts a brick into six')
     else if (all(extra - 3 /= shapes%nodes) .or. any(now%nodes(:min(extra - 3, most_nodes)) == 0)) &

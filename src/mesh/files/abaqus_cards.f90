@@ -1,7 +1,7 @@
 !> Cards and data lines of Abaqus and CalculiX input files, as text.
 module abaqus_cards
   use text, only: lower
-  use cells, only: shapes
+  use cells, only: file_shapes
   use file_cursor, only: cursor_t, read_line
   implicit none
   private
@@ -173,27 +173,11 @@ contains
     integer, intent(out) :: dimension !! 1 line, 2 triangle, 3 cell
     integer :: k
 
-    dimension = 3
-    do k = 1, size(shapes)
-      nodes = shapes(k)%nodes
-      if (name /= '' .and. index(' '//shapes(k)%abaqus, ' '//lower(name)//' ') > 0) return
+    do k = 1, size(file_shapes)
+      nodes = file_shapes(k)%nodes
+      dimension = file_shapes(k)%dimension
+      if (name /= '' .and. index(' '//file_shapes(k)%abaqus, ' '//lower(name)//' ') > 0) return
     end do
-    dimension = 2
-    select case (lower(name))
-    case ('s6', 'cps6', 'cpe6', 'cax6', 'm3d6', 'stri65', 'ds6')
-      nodes = 6
-    case ('r3d4')
-      nodes = 4
-    case ('s3', 's3r', 'stri3', 'cps3', 'cpe3', 'cax3', 'm3d3', 'sfm3d3', 'r3d3', 'ds3')
-      nodes = 3
-    case ('b32', 'b32h', 't3d3')
-      dimension = 1
-      nodes = 3
-    case ('t3d2', 't2d2', 'b31', 'b31h', 'b21', 'r2d2', 'rb3d2', 'dc1d2')
-      dimension = 1
-      nodes = 2
-    case default
-      nodes = 0
-    end select
+    nodes = 0
   end subroutine abaqus_shape
 end module abaqus_cards

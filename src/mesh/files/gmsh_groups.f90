@@ -1,7 +1,7 @@
 !> Physical groups of Gmsh files: their names, and which cells belong to them.
 module gmsh_groups
   use text, only: to_text
-  use cells, only: shapes
+  use cells, only: shapes, file_shapes
   use mesh_file_types, only: file_mesh_t, add_group, add_member, add_remark, group_cells
   implicit none
   private
@@ -152,20 +152,17 @@ contains
     integer, intent(out) :: nodes !! all its nodes, or 0
     integer, intent(out) :: dimension !! 0 point, 1 line, 2 triangle, 3 cell
     character(:), allocatable, intent(out) :: name !! what it is called
+    integer :: k
 
-    dimension = 3
-    nodes = sum(shapes%nodes, shapes%gmsh == kind)
-    if (nodes > 0) return
+    nodes = 0
+    dimension = 0
+    do k = 1, size(file_shapes)
+      if (kind < 1 .or. file_shapes(k)%gmsh /= kind) cycle
+      nodes = file_shapes(k)%nodes
+      dimension = file_shapes(k)%dimension
+      return
+    end do
     select case (kind)
-    case (15)
-      nodes = 1
-      dimension = 0
-    case (1, 8)
-      nodes = merge(2, 3, kind == 1)
-      dimension = 1
-    case (2, 9)
-      nodes = merge(3, 6, kind == 2)
-      dimension = 2
     case (3)
       name = 'quadrangles'
     case (5)
