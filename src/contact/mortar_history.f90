@@ -43,6 +43,7 @@ contains
         nodes%way(:, i) = old%way(:, j)
         nodes%dissipation(i) = old%dissipation(j)
         nodes%force(:, i) = old%force(:, j)
+        nodes%status(i) = old%status(j)
       end if
       j = same_multiplier(last, nodes%node(i), nodes%face(i))
       if (j > 0) nodes%force(:, i) = last%force(:, j)

@@ -149,7 +149,8 @@ contains
         call end_cost(form%costs, cost_node_compliance)
         call forget_factor(factor)
       end if
-      call solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
+      call solve_anchored(model, system, form, time, unknowns, round == 1, factor, monitor, &
+        progress)
       if (progress%outcome /= outcome_converged) return
       call heed_stop(progress)
       if (progress%outcome == outcome_stopped) return
@@ -214,24 +215,27 @@ contains
   end subroutine move_bodies
 
   !> Forces of the multipliers with frozen weights, and the displacements that they make.
-  subroutine solve_anchored(model, system, form, time, unknowns, factor, monitor, progress)
+  subroutine solve_anchored(model, system, form, time, unknowns, begins, factor, monitor, progress)
     type(model_t), intent(inout) :: model !! pairs: forces and status of the multipliers
     type(system_t), intent(inout) :: system !! u and forces of contact
     type(form_t), intent(inout) :: form !! gets condensed, solution, trial
     real(wp), intent(in) :: time !! end of the increment
     type(mortar_system_t), intent(in) :: unknowns !! the system of the multipliers
+    logical, intent(in) :: begins !! forces are those of the last state
     type(mortar_factor_t), intent(inout) :: factor !! of its matrix
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome
     type(mortar_result_t) :: result
+    real(wp), allocatable :: near(:)
+    integer, allocatable :: status(:)
+    integer :: k
 
     associate (z => local_forces(model, unknowns), alpha => motions_of(system, form))
-      if (size(alpha) > 0 .and. all(abs(z) <= 0.0_wp)) then
-        ! what the loads alone make of bodies that contact holds says nothing of status
-        call solve_multipliers(unknowns, z, alpha, factor, result, unknowns%near)
-      else
-        call solve_multipliers(unknowns, z, alpha, factor, result)
-      end if
+      ! what the loads alone make of bodies that contact holds says nothing of status
+      if (size(alpha) > 0 .and. all(abs(z) <= 0.0_wp)) near = unknowns%near
+      if (begins .and. any(abs(z) > 0.0_wp)) status = [(model%pairs(k)%nodes%status, k=1, &
+        size(model%pairs))]
+      call solve_multipliers(unknowns, z, alpha, factor, result, near, status)
     end associate
     call take_result(model, unknowns, result, progress, form%costs)
     associate (modes => form%condensed%rigid%modes)
