@@ -76,8 +76,12 @@ contains
   !> Which of the shapes an element has, from its list of nodes with zeros behind the last.
   pure integer function kind_of(nodes) result(k)
     integer, intent(in) :: nodes(:) !! node numbers
+    integer :: n
 
-    k = findloc(shapes%nodes, nodes_of(nodes), dim=1)
+    n = nodes_of(nodes)
+    do k = 1, size(shapes) - 1
+      if (shapes(k)%nodes == n) return
+    end do
   end function kind_of
 
   !> How many nodes an element has, from its list with zeros behind the last; as many as the least
@@ -119,10 +123,9 @@ contains
   pure function facet_name(nodes, f) result(corners)
     integer, intent(in) :: nodes(:) !! nodes of the element, zeros behind the last
     integer, intent(in) :: f !! which facet
-    integer :: corners(3), k
+    integer :: corners(3)
 
-    k = kind_of(nodes)
-    corners = named_by(nodes(shapes(k)%facet(:shapes(k)%facet_nodes, f)))
+    corners = nodes(shapes(kind_of(nodes))%facet(:3, f))
   end function facet_name
 
   !> The three corners that a facet is known by.

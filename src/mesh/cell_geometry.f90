@@ -29,7 +29,7 @@ contains
     volume = 0.0_wp
     k = kind_of(nodes)
     do i = 1, shapes(k)%pieces
-      volume = volume + tetrahedron_volume(x(:, nodes(shapes(k)%piece(:, i))))
+      volume = volume + tetrahedron_volume(piece_of(x, nodes, k, i))
     end do
   end function cell_volume
 
@@ -44,7 +44,7 @@ contains
     g = 0.0_wp
     k = kind_of(nodes)
     do i = 1, shapes(k)%pieces
-      y = x(:, nodes(shapes(k)%piece(:, i)))
+      y = piece_of(x, nodes, k, i)
       part(:, 2) = cross(y(:, 3) - y(:, 1), y(:, 4) - y(:, 1))/6.0_wp
       part(:, 3) = cross(y(:, 4) - y(:, 1), y(:, 2) - y(:, 1))/6.0_wp
       part(:, 4) = cross(y(:, 2) - y(:, 1), y(:, 3) - y(:, 1))/6.0_wp
@@ -63,7 +63,7 @@ contains
     signs = 0
     k = kind_of(nodes)
     do i = 1, shapes(k)%pieces
-      volume = relative_volume(x(:, nodes(shapes(k)%piece(:, i))))
+      volume = relative_volume(piece_of(x, nodes, k, i))
       if (abs(volume) > flat_limit) signs = signs + nint(sign(1.0_wp, volume))
     end do
     orientation = signs/shapes(k)%pieces
@@ -79,7 +79,7 @@ contains
     ratio = 0.0_wp
     k = kind_of(nodes)
     do i = 1, shapes(k)%pieces
-      ratio = max(ratio, aspect_ratio(x(:, nodes(shapes(k)%piece(:, i)))))
+      ratio = max(ratio, aspect_ratio(piece_of(x, nodes, k, i)))
     end do
   end function cell_aspect
 
@@ -92,7 +92,7 @@ contains
     height = huge(1.0_wp)
     k = kind_of(nodes)
     do i = 1, shapes(k)%pieces
-      height = min(height, least_height(x(:, nodes(shapes(k)%piece(:, i)))))
+      height = min(height, least_height(piece_of(x, nodes, k, i)))
     end do
   end function cell_height
 
@@ -132,7 +132,7 @@ contains
   pure real(wp) function tetrahedron_volume(x) result(v)
     real(wp), intent(in) :: x(3, 4) !! corners [length] (direction, corner)
 
-    v = determinant(x(:, 2:4) - spread(x(:, 1), 2, 3))/6.0_wp
+    v = determinant(edges_of(x))/6.0_wp
   end function tetrahedron_volume
 
   !> Six-fold volume over the cube of the longest edge: does not depend on the unit of length.
@@ -142,8 +142,33 @@ contains
 
     v = 0.0_wp
     l = longest_edge(x)
-    if (l > 0.0_wp) v = determinant((x(:, 2:4) - spread(x(:, 1), 2, 3))/l)
+    if (l > 0.0_wp) v = determinant(edges_of(x)/l)
   end function relative_volume
+
+  !> The corners of a tetrahedron of a cell.
+  pure function piece_of(x, nodes, k, i) result(y)
+    real(wp), intent(in) :: x(:, :) !! (3, nodes) positions [length]
+    integer, intent(in) :: nodes(:) !! of the cell
+    integer, intent(in) :: k !! its shape
+    integer, intent(in) :: i !! which tetrahedron
+    real(wp) :: y(3, 4)
+    integer :: a
+
+    do a = 1, 4
+      y(:, a) = x(:, nodes(shapes(k)%piece(a, i)))
+    end do
+  end function piece_of
+
+  !> From the first corner of a tetrahedron to the others.
+  pure function edges_of(x) result(edges)
+    real(wp), intent(in) :: x(3, 4) !! corners [length] (direction, corner)
+    real(wp) :: edges(3, 3)
+    integer :: i
+
+    do i = 1, 3
+      edges(:, i) = x(:, i + 1) - x(:, 1)
+    end do
+  end function edges_of
 
   !> The longest way between two corners.
   pure real(wp) function longest_edge(x) result(l)
