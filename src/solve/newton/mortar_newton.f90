@@ -34,7 +34,7 @@ module mortar_newton
   !! all slip or stick at first; of 90 scenes one took 1288 steps without the first, a bush on
   !! springs 54 an increment (5).
   integer, parameter :: from_status = 0, from_gaps = 1, from_sticking = 2
-  !> Bodies that touch nothing go this far beyond the nearest gap.
+  !> Free bodies go this far, over the way to the first gap.
   real(wp), parameter :: beyond = 1.5_wp
 
   !> How the solve ended.
@@ -172,8 +172,7 @@ contains
       if (step == last) exit
       reused = fits(now, factor)
       call find_step(unknowns, now, damped, 0.0_wp, factor, change, free)
-      if (free) call find_step(unknowns, now, damped, hold_of(unknowns, now), factor, change, &
-        result%singular)
+      if (free) call find_free_step(unknowns, now, damped, factor, change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
       result%repeated = result%repeated + merge(1, 0, reused)
@@ -350,21 +349,35 @@ contains
     end do
   end function way_since
 
-  !> What stops rigid motions in a step that contact does not: so much that bodies out of balance go
-  !! to the nearest gap, and little where all are in balance.
-  pure real(wp) function hold_of(unknowns, now) result(hold)
-    type(mortar_system_t), intent(in) :: unknowns !! gaps, loads
-    type(iterate_t), intent(in) :: now !! an iterate
-    real(wp) :: way, lacking
+  !> A step of bodies that contact leaves free. What stops their motion in the step alone is so
+  !! much that bodies out of balance touch the first gap on their way, and little where all are in
+  !! balance. Nodes that touch without a force are on no way.
+  subroutine find_free_step(unknowns, now, damped, factor, change, singular)
+    type(mortar_system_t), intent(in) :: unknowns !! the system
+    type(iterate_t), intent(in) :: now !! where it starts
+    logical, intent(in) :: damped !! forces that no gap feels stay small
+    type(mortar_factor_t), intent(inout) :: factor !! made anew
+    real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
+    logical, intent(out) :: singular !! there is none
+    real(wp) :: closing(unknowns%n), hold, share
+    integer :: i
 
     hold = soft*mean_stiffness(unknowns)
-    lacking = maxval(abs(now%balance))
-    if (lacking <= soft*maxval(abs(unknowns%load)) .or. all(now%closed)) return
-    ! nodes that touch without a force are no way to go
-    way = minval(now%gap(3::3), .not. now%closed .and. now%gap(3::3) &
-      > round_off_of_gaps(unknowns))
-    hold = max(hold, min(lacking/way/beyond, mean_stiffness(unknowns)))
-  end function hold_of
+    call find_step(unknowns, now, damped, hold, factor, change, singular)
+    if (singular) return
+    associate (n => 3*unknowns%n, gap => now%gap(3::3))
+      closing = -matmul(unknowns%compliance(3::3, :), change(:n)) &
+        - matmul(unknowns%motion(3::3, :), change(n + 1:))
+      share = 1.0_wp/beyond
+      do i = 1, unknowns%n
+        if (now%closed(i) .or. gap(i) <= round_off_of_gaps(unknowns)) cycle
+        if (gap(i) < share*closing(i)) share = gap(i)/closing(i)
+      end do
+    end associate
+    if (share*beyond >= 1.0_wp) return
+    call find_step(unknowns, now, damped, min(hold/(beyond*share), mean_stiffness(unknowns)), &
+      factor, change, singular)
+  end subroutine find_free_step
 
   !> Stiffness of a node, on average.
   pure real(wp) function mean_stiffness(unknowns) result(unit)
