@@ -159,8 +159,7 @@ contains
       if (step == last) exit
       reused = fits(now, factor)
       call find_step(unknowns, now, damped, 0.0_wp, factor, change, free)
-      if (free) call find_step(unknowns, now, damped, hold_of(unknowns, now), factor, change, &
-        result%singular)
+      if (free) call find_free_step(unknowns, now, damped, factor, change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
       result%repeated = result%repeated + merge(1, 0, reused)
@@ -314,21 +313,46 @@ contains
     end associate
   end subroutine look_at
 
-  !> What stops rigid motions in a step that contact does not: so much that bodies out of balance go
-  !! to the nearest gap, and little where all are in balance.
-  pure real(wp) function hold_of(unknowns, now) result(hold)
-    type(mortar_system_t), intent(in) :: unknowns !! gaps, loads
-    type(iterate_t), intent(in) :: now !! an iterate
-    real(wp) :: way, lacking
+  !> Newton's step where contact leaves motions free: springs stop them in the step alone, so stiff
+  !! that they go to the nearest gap, and soft where none is in the way.
+  subroutine find_free_step(unknowns, now, damped, factor, change, singular)
+    type(mortar_system_t), intent(in) :: unknowns !! the system
+    type(iterate_t), intent(in) :: now !! where it starts
+    logical, intent(in) :: damped !! forces that no gap feels stay small
+    type(mortar_factor_t), intent(inout) :: factor !! made anew
+    real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
+    logical, intent(out) :: singular !! there is none
+    real(wp) :: hold, share
 
     hold = soft*mean_stiffness(unknowns)
-    lacking = maxval(abs(now%balance))
-    if (lacking <= soft*maxval(abs(unknowns%load)) .or. all(now%closed)) return
-    ! nodes that touch without a force are no way to go
-    way = minval(now%gap(3::3), .not. now%closed .and. now%gap(3::3) &
-      > round_off_of_gaps(unknowns))
-    hold = max(hold, min(lacking/way/beyond, mean_stiffness(unknowns)))
-  end function hold_of
+    call find_step(unknowns, now, damped, hold, factor, change, singular)
+    if (singular) return
+    share = beyond*share_to_touch(unknowns, now, change)
+    if (share < 1.0_wp) call find_step(unknowns, now, damped, hold/max(share, soft), factor, &
+      change, singular)
+  end subroutine find_free_step
+
+  !> Share of a step at which the first open gap closes. Nodes that touch without a force are no way
+  !! to go.
+  pure real(wp) function share_to_touch(unknowns, now, change) result(share)
+    type(mortar_system_t), intent(in) :: unknowns !! compliance, rigid motions
+    type(iterate_t), intent(in) :: now !! where the step starts
+    real(wp), intent(in) :: change(:) !! (3 n + modes) the step
+    real(wp) :: way(3*unknowns%n), least
+    integer :: i
+
+    associate (n => 3*unknowns%n)
+      way = matmul(unknowns%compliance, change(:n)) + matmul(unknowns%motion, change(n + 1:))
+    end associate
+    share = 1.0_wp
+    least = round_off_of_gaps(unknowns)
+    do i = 1, unknowns%n
+      associate (gap => now%gap(3*i))
+        if (now%closed(i) .or. gap <= least) cycle
+        if (gap + share*way(3*i) < 0.0_wp) share = -gap/way(3*i)
+      end associate
+    end do
+  end function share_to_touch
 
   !> Stiffness of a node, on average.
   pure real(wp) function mean_stiffness(unknowns) result(unit)
