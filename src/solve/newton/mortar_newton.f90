@@ -26,10 +26,14 @@ module mortar_newton
   !! sum of their forces acts. This much more compliance in the step alone keeps both changes small.
   real(wp), parameter :: evens_out = 1.0e-9_wp
   !> So may those around an edge that several bodies share: where Newton's steps do not end, all get
-  !! more, what is left over the forces, at most this.
+  !! more, what is left over the forces, at most this. Springs on the motions are as stiff over a
+  !! node: what slips on all sides goes along nearly without resistance.
   real(wp), parameter :: damps_at_most = 1.0e-6_wp
   !> Bodies that touch nothing go this far beyond the nearest gap.
   real(wp), parameter :: beyond = 1.5_wp
+
+  !> What damps Newton's steps: nothing; compliance of the multipliers; springs on the motions, too.
+  integer, parameter :: plain = 0, damped = 1, sprung = 2
 
   !> How the solve ended.
   type :: mortar_result_t
@@ -80,8 +84,8 @@ contains
     type(mortar_result_t), intent(out) :: result !! gets all
     real(wp), intent(in), optional :: near(:) !! (3 n) gaps that say which are closed and stick to
     !! begin with [length]
-    type(iterate_t) :: now, held
-    logical :: known
+    type(iterate_t) :: now, held, first
+    logical :: known, moves
     integer :: attempt
 
     ! friction of bodies that contact holds: without forces, or from those of another state, cones
@@ -91,15 +95,23 @@ contains
       call look_at(unknowns, start, motion, attempt == 2, now, near)
       if (attempt == 2) then
         call forget_factor(factor)
-        call follow(unknowns, .true., .false., now, factor, result, present(near))
+        call follow(unknowns, .true., plain, now, factor, result, present(near))
         call forget_factor(factor)
         held = now
         call look_at(unknowns, held%z, held%alpha, .false., now)
       end if
-      call follow(unknowns, .false., .false., now, factor, result, present(near) .and. attempt == 1)
+      first = now
+      moves = present(near) .and. attempt == 1
+      call follow(unknowns, .false., plain, now, factor, result, moves)
       if (result%converged) exit
       call forget_factor(factor)
-      call follow(unknowns, .false., .true., now, factor, result, .false.)
+      call follow(unknowns, .false., damped, now, factor, result, .false.)
+      if (result%converged) exit
+      if (size(motion) == 0) cycle
+      ! these two may have thrown the bodies: once more from the start
+      now = first
+      call forget_factor(factor)
+      call follow(unknowns, .false., sprung, now, factor, result, moves)
       if (result%converged) exit
     end do
     call drop_noise(unknowns, now)
@@ -131,10 +143,10 @@ contains
 
   !> Newton's steps from an iterate to a solution, of the law or with all friction sticking; where
   !! they do not end, to the iterate that leaves least.
-  subroutine follow(unknowns, sticks, damped, now, factor, result, moves)
+  subroutine follow(unknowns, sticks, way, now, factor, result, moves)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     logical, intent(in) :: sticks !! friction holds whatever it has to
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     type(iterate_t), intent(inout) :: now !! start; solution
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
@@ -147,7 +159,7 @@ contains
     n = size(now%z)
     result%singular = .false.
     least = huge(least)
-    last = merge(most_damped, most_plain, damped)
+    last = merge(most_plain, most_damped, way == plain)
     do step = 0, last
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = is_solved(unknowns, now) .and. .not. (moves .and. step == 0)
@@ -158,8 +170,8 @@ contains
       end if
       if (step == last) exit
       reused = fits(now, factor)
-      call find_step(unknowns, now, damped, 0.0_wp, factor, change, free)
-      if (free) call find_free_step(unknowns, now, damped, factor, change, result%singular)
+      call find_step(unknowns, now, way, 0.0_wp, factor, change, free)
+      if (free) call find_free_step(unknowns, now, way, factor, change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
       result%repeated = result%repeated + merge(1, 0, reused)
@@ -315,20 +327,20 @@ contains
 
   !> Newton's step where contact leaves motions free: springs stop them in the step alone, so stiff
   !! that they go to the nearest gap, and soft where none is in the way.
-  subroutine find_free_step(unknowns, now, damped, factor, change, singular)
+  subroutine find_free_step(unknowns, now, way, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     type(mortar_factor_t), intent(inout) :: factor !! made anew
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
     real(wp) :: hold, share
 
     hold = soft*mean_stiffness(unknowns)
-    call find_step(unknowns, now, damped, hold, factor, change, singular)
+    call find_step(unknowns, now, way, hold, factor, change, singular)
     if (singular) return
     share = beyond*share_to_touch(unknowns, now, change)
-    if (share < 1.0_wp) call find_step(unknowns, now, damped, hold/max(share, soft), factor, &
+    if (share < 1.0_wp) call find_step(unknowns, now, way, hold/max(share, soft), factor, &
       change, singular)
   end subroutine find_free_step
 
@@ -338,18 +350,18 @@ contains
     type(mortar_system_t), intent(in) :: unknowns !! compliance, rigid motions
     type(iterate_t), intent(in) :: now !! where the step starts
     real(wp), intent(in) :: change(:) !! (3 n + modes) the step
-    real(wp) :: way(3*unknowns%n), least
+    real(wp) :: closing(3*unknowns%n), least
     integer :: i
 
     associate (n => 3*unknowns%n)
-      way = matmul(unknowns%compliance, change(:n)) + matmul(unknowns%motion, change(n + 1:))
+      closing = -matmul(unknowns%compliance, change(:n)) - matmul(unknowns%motion, change(n + 1:))
     end associate
     share = 1.0_wp
     least = round_off_of_gaps(unknowns)
     do i = 1, unknowns%n
       associate (gap => now%gap(3*i))
         if (now%closed(i) .or. gap <= least) cycle
-        if (gap + share*way(3*i) < 0.0_wp) share = -gap/way(3*i)
+        if (share*closing(3*i) > gap) share = gap/closing(3*i)
       end associate
     end do
   end function share_to_touch
@@ -366,10 +378,10 @@ contains
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.17).
-  subroutine find_step(unknowns, now, damped, hold, factor, change, singular)
+  subroutine find_step(unknowns, now, way, hold, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! made anew where it does not fit
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
@@ -389,7 +401,7 @@ contains
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
     if (hold > 0.0_wp .or. .not. fits(now, factor)) then
-      call form_matrix(unknowns, now, damped, hold/unit, unit, factor)
+      call form_matrix(unknowns, now, way, hold/unit, unit, factor)
       call dgetrf(n + m, n + m, factor%matrix, n + m, factor%pivot, info)
       singular = info /= 0
       if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = &
@@ -425,20 +437,20 @@ contains
   end function fits
 
   !> Newton's matrix of the closed multipliers and the rigid motions, I - Pi'(I - r G).
-  pure subroutine form_matrix(unknowns, now, damped, hold, unit, factor)
+  pure subroutine form_matrix(unknowns, now, way, hold, unit, factor)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! status and slopes
-    logical, intent(in) :: damped !! all get more compliance, else those of shared nodes
+    integer, intent(in) :: way !! damped: all get more compliance, else those of shared nodes
     real(wp), intent(in) :: hold !! what stops rigid motions, over the unit
     real(wp), intent(in) :: unit !! stiffness that stands for 1 [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
-    real(wp) :: slope(3, 3), even
+    real(wp) :: slope(3, 3), lacking, even
     integer :: i, k, l, n, m
     logical :: shared
 
+    lacking = measure(now)/max(tiny(even), norm2(now%z), measure(now))
     even = evens_out
-    if (damped) even = max(even, min(damps_at_most, measure(now)/max(tiny(even), &
-      maxval(abs(now%z)), measure(now))))
+    if (way /= plain) even = max(even, min(damps_at_most, lacking))
     factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
     factor%slips = now%slips
     n = size(factor%kept)
@@ -456,7 +468,7 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        shared = damped .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
+        shared = way /= plain .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
         matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - even, 1.0_wp, &
           shared)*slope
         do l = k, k + 2
@@ -468,7 +480,7 @@ contains
       matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
       matrix(n + 1:, n + 1:) = -unknowns%hold/unit
       do k = n + 1, n + m
-        matrix(k, k) = matrix(k, k) - hold
+        matrix(k, k) = matrix(k, k) - max(hold, merge(lacking, 0.0_wp, way == sprung))
       end do
     end associate
   end subroutine form_matrix
