@@ -27,7 +27,8 @@ module mortar_newton
   !! sum of their forces acts. This much more compliance in the step alone keeps both changes small.
   real(wp), parameter :: evens_out = 1.0e-9_wp
   !> So may those around an edge that several bodies share: where Newton's steps do not end, all get
-  !! more, what is left over the forces, at most this.
+  !! more, what is left over the forces, at most this. Springs on the motions are as stiff over a
+  !! node: what slips on all sides goes along nearly without resistance.
   real(wp), parameter :: damps_at_most = 1.0e-6_wp
   !> Where Newton's method begins, one after the other: with the status of the last state, with what
   !! the gaps are, with friction that holds whatever it has to. Pushes and motions that are new make
@@ -36,6 +37,9 @@ module mortar_newton
   integer, parameter :: from_status = 0, from_gaps = 1, from_sticking = 2
   !> Free bodies go this far, over the way to the first gap.
   real(wp), parameter :: beyond = 1.5_wp
+
+  !> What damps Newton's steps: nothing; compliance of the multipliers; springs on the motions, too.
+  integer, parameter :: plain = 0, damped = 1, sprung = 2
 
   !> How the solve ended.
   type :: mortar_result_t
@@ -87,7 +91,8 @@ contains
     real(wp), intent(in), optional :: near(:) !! (3 n) gaps that say which are closed and stick to
     !! begin with [length]
     integer, intent(in), optional :: status(:) !! (n) what they were where forces and motions began
-    type(iterate_t) :: now, held
+    type(iterate_t) :: now, held, first
+    logical :: moves
     integer :: begin
 
     ! friction of bodies that contact holds: without forces, or from those of another state, cones
@@ -102,17 +107,24 @@ contains
         call look_at(unknowns, start, motion, .false., now, near)
       case (from_sticking)
         call look_at(unknowns, start, motion, .true., now, near)
-        call follow(unknowns, .true., .false., now, factor, result, present(near))
+        call follow(unknowns, .true., plain, now, factor, result, present(near))
         call forget_factor(factor)
         held = now
         call look_at(unknowns, held%z, held%alpha, .false., now)
       end select
-      call follow(unknowns, .false., .false., now, factor, result, begin == from_status .or. &
-        present(near) .and. begin == from_gaps)
+      first = now
+      moves = begin == from_status .or. present(near) .and. begin == from_gaps
+      call follow(unknowns, .false., plain, now, factor, result, moves)
       if (result%converged) exit
       call forget_factor(factor)
       if (begin == from_status) cycle
-      call follow(unknowns, .false., .true., now, factor, result, .false.)
+      call follow(unknowns, .false., damped, now, factor, result, .false.)
+      if (result%converged) exit
+      if (size(motion) == 0) cycle
+      ! these two may have thrown the bodies: once more from the start
+      now = first
+      call forget_factor(factor)
+      call follow(unknowns, .false., sprung, now, factor, result, moves)
       if (result%converged) exit
     end do
     call drop_noise(unknowns, now)
@@ -144,10 +156,10 @@ contains
 
   !> Newton's steps from an iterate to a solution, of the law or with all friction sticking; where
   !! they do not end, to the iterate that leaves least.
-  subroutine follow(unknowns, sticks, damped, now, factor, result, moves)
+  subroutine follow(unknowns, sticks, way, now, factor, result, moves)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     logical, intent(in) :: sticks !! friction holds whatever it has to
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     type(iterate_t), intent(inout) :: now !! start; solution
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
@@ -160,7 +172,7 @@ contains
     n = size(now%z)
     result%singular = .false.
     least = huge(least)
-    last = merge(most_damped, most_plain, damped)
+    last = merge(most_plain, most_damped, way == plain)
     do step = 0, last
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = is_solved(unknowns, now) .and. .not. (moves .and. step == 0)
@@ -171,8 +183,8 @@ contains
       end if
       if (step == last) exit
       reused = fits(now, factor)
-      call find_step(unknowns, now, damped, 0.0_wp, factor, change, free)
-      if (free) call find_free_step(unknowns, now, damped, factor, change, result%singular)
+      call find_step(unknowns, now, way, 0.0_wp, factor, change, free)
+      if (free) call find_free_step(unknowns, now, way, factor, change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
       result%repeated = result%repeated + merge(1, 0, reused)
@@ -352,10 +364,10 @@ contains
   !> A step of bodies that contact leaves free. What stops their motion in the step alone is so
   !! much that bodies out of balance touch the first gap on their way, and little where all are in
   !! balance. Nodes that touch without a force are on no way.
-  subroutine find_free_step(unknowns, now, damped, factor, change, singular)
+  subroutine find_free_step(unknowns, now, way, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     type(mortar_factor_t), intent(inout) :: factor !! made anew
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
@@ -363,7 +375,7 @@ contains
     integer :: i
 
     hold = soft*mean_stiffness(unknowns)
-    call find_step(unknowns, now, damped, hold, factor, change, singular)
+    call find_step(unknowns, now, way, hold, factor, change, singular)
     if (singular) return
     associate (n => 3*unknowns%n, gap => now%gap(3::3))
       closing = -matmul(unknowns%compliance(3::3, :), change(:n)) &
@@ -375,7 +387,7 @@ contains
       end do
     end associate
     if (share*beyond >= 1.0_wp) return
-    call find_step(unknowns, now, damped, min(hold/(beyond*share), mean_stiffness(unknowns)), &
+    call find_step(unknowns, now, way, min(hold/(beyond*share), mean_stiffness(unknowns)), &
       factor, change, singular)
   end subroutine find_free_step
 
@@ -391,10 +403,10 @@ contains
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.17).
-  subroutine find_step(unknowns, now, damped, hold, factor, change, singular)
+  subroutine find_step(unknowns, now, way, hold, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    logical, intent(in) :: damped !! forces that no gap feels stay small
+    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
     real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! made anew where it does not fit
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
@@ -414,7 +426,7 @@ contains
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
     if (hold > 0.0_wp .or. .not. fits(now, factor)) then
-      call form_matrix(unknowns, now, damped, hold/unit, unit, factor)
+      call form_matrix(unknowns, now, way, hold/unit, unit, factor)
       call dgetrf(n + m, n + m, factor%matrix, n + m, factor%pivot, info)
       singular = info /= 0
       if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = &
@@ -450,20 +462,20 @@ contains
   end function fits
 
   !> Newton's matrix of the closed multipliers and the rigid motions, I - Pi'(I - r G).
-  pure subroutine form_matrix(unknowns, now, damped, hold, unit, factor)
+  pure subroutine form_matrix(unknowns, now, way, hold, unit, factor)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! status and slopes
-    logical, intent(in) :: damped !! all get more compliance, else those of shared nodes
+    integer, intent(in) :: way !! damped: all get more compliance, else those of shared nodes
     real(wp), intent(in) :: hold !! what stops rigid motions, over the unit
     real(wp), intent(in) :: unit !! stiffness that stands for 1 [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
-    real(wp) :: slope(3, 3), even
+    real(wp) :: slope(3, 3), lacking, even
     integer :: i, k, l, n, m
     logical :: shared
 
+    lacking = measure(now)/max(tiny(even), norm2(now%z), measure(now))
     even = evens_out
-    if (damped) even = max(even, min(damps_at_most, measure(now)/max(tiny(even), &
-      maxval(abs(now%z)), measure(now))))
+    if (way /= plain) even = max(even, min(damps_at_most, lacking))
     factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
     factor%slips = now%slips
     n = size(factor%kept)
@@ -481,7 +493,7 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        shared = damped .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
+        shared = way /= plain .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
         matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - even, 1.0_wp, &
           shared)*slope
         do l = k, k + 2
@@ -493,7 +505,7 @@ contains
       matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
       matrix(n + 1:, n + 1:) = -unknowns%hold/unit
       do k = n + 1, n + m
-        matrix(k, k) = matrix(k, k) - hold
+        matrix(k, k) = matrix(k, k) - max(hold, merge(lacking, 0.0_wp, way == sprung))
       end do
     end associate
   end subroutine form_matrix
