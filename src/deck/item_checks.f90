@@ -114,6 +114,8 @@ contains
       continue
     end select
     good = len(wanted) == 0
+    if (index(wanted, 'an integer') == 1 .and. abs(item%value) > real(huge(1), wp)) wanted = &
+      'an integer of at most '//to_text(huge(1))
     if (.not. good) then
       call report_error(diagnostics, item%at, &
         trim(token%label)//' = '//to_text(item%value)//' is out of its range', &
