@@ -206,7 +206,7 @@ contains
   pure logical function is_solved(unknowns, now)
     type(mortar_system_t), intent(in) :: unknowns !! scales, lengths
     type(iterate_t), intent(in) :: now !! an iterate
-    real(wp) :: share
+    real(wp) :: share, least
     integer :: i
 
     share = share_left*maxval([0.0_wp, abs(now%z)])
@@ -214,9 +214,10 @@ contains
     if (measure(now) <= sqrt(epsilon(share))*maxval([0.0_wp, abs(now%z)])) &
       share = max(share, of_factors(unknowns, now))
     is_solved = maxval([0.0_wp, abs(now%balance)]) <= max(share, of_balance*round_off(unknowns))
+    least = round_off_of_gaps(unknowns)
     do i = 1, unknowns%n
       is_solved = is_solved .and. maxval(abs(now%defect(3*i - 2:3*i))) <= max(share, &
-        maxval(unknowns%cone(i)%scale)*round_off_of_gaps(unknowns))
+        maxval(unknowns%cone(i)%scale)*least)
     end do
   end function is_solved
 
@@ -371,7 +372,7 @@ contains
     type(mortar_factor_t), intent(inout) :: factor !! made anew
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
-    real(wp) :: closing(unknowns%n), hold, share
+    real(wp) :: closing(unknowns%n), hold, share, least
     integer :: i
 
     hold = soft*mean_stiffness(unknowns)
@@ -381,8 +382,9 @@ contains
       closing = -matmul(unknowns%compliance(3::3, :), change(:n)) &
         - matmul(unknowns%motion(3::3, :), change(n + 1:))
       share = 1.0_wp/beyond
+      least = round_off_of_gaps(unknowns)
       do i = 1, unknowns%n
-        if (now%closed(i) .or. gap(i) <= round_off_of_gaps(unknowns)) cycle
+        if (now%closed(i) .or. gap(i) <= least) cycle
         if (gap(i) < share*closing(i)) share = gap(i)/closing(i)
       end do
     end associate
