@@ -5,7 +5,7 @@
 module cells
   implicit none
   private
-  public :: shape_t, kind_of, nodes_of, corners_of, has_middles, mirrored, facet_name, named_by, &
+  public :: shape_t, kind_of, nodes_of, corners_of, has_middles, mirrored, facet_name, &
     facet_of, tet4, tet10, brick, shapes, file_shapes, most_nodes, most_facet_nodes, &
     most_cell_facets
 
@@ -127,14 +127,6 @@ contains
 
     corners = nodes(shapes(kind_of(nodes))%facet(:3, f))
   end function facet_name
-
-  !> The three corners that a facet is known by.
-  pure function named_by(facet) result(corners)
-    integer, intent(in) :: facet(:) !! its nodes, seen from outside
-    integer :: corners(3)
-
-    corners = facet(:3)
-  end function named_by
 
   !> All nodes of the facet of an element that has these corners: the corners in the order given,
   !! then the middles of the edges 12, 23, 31, if the element has some; zeros behind the last.

@@ -5,7 +5,7 @@ module file_groups
   use numbers, only: is_letter
   use diagnostics, only: diagnostics_t, report_error, report_note
   use mesh_types, only: mesh_t
-  use cells, only: mirrored, facet_name, named_by
+  use cells, only: mirrored, facet_name
   use mesh_names, only: name_exists, find_region, find_surface, region_nodes, in_region
   use key_sorting, only: unique_numbers
   use part_lists, only: append_set, append_region, append_surface
@@ -193,7 +193,7 @@ contains
       ! faces are numbered by the order that the nodes have in the file
       if (place%turned(c)) nodes = mirrored(nodes)
       if (file%dimension(c) == 3) nodes = facet_name(nodes, group%faces(i))
-      draft%corners(:, n) = named_by(nodes)
+      draft%corners(:, n) = nodes(:3)
     end do
     draft%corners = draft%corners(:, :n)
     draft%tag = draft%tag(:n)

@@ -221,7 +221,7 @@ contains
     type(form_t), intent(inout) :: form !! gets condensed, solution, trial
     real(wp), intent(in) :: time !! end of the increment
     type(mortar_system_t), intent(in) :: unknowns !! the system of the multipliers
-    logical, intent(in) :: begins !! forces are those of the last state
+    logical, intent(in) :: begins !! forces and status are those of the last state or pass
     type(mortar_factor_t), intent(inout) :: factor !! of its matrix
     class(monitor_t), intent(inout) :: monitor !! hears of the work
     type(newton_t), intent(inout) :: progress !! solves, outcome

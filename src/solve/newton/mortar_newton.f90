@@ -31,9 +31,7 @@ module mortar_newton
   !! node: what slips on all sides goes along nearly without resistance.
   real(wp), parameter :: damps_at_most = 1.0e-6_wp
   !> Where Newton's method begins, one after the other: with the status of the last state, with what
-  !! the gaps are, with friction that holds whatever it has to. Pushes and motions that are new make
-  !! all slip or stick at first; of 90 scenes one took 1288 steps without the first, a bush on
-  !! springs 54 an increment (5).
+  !! the gaps are, with friction that holds whatever it has to.
   integer, parameter :: from_status = 0, from_gaps = 1, from_sticking = 2
   !> Free bodies go this far, over the way to the first gap.
   real(wp), parameter :: beyond = 1.5_wp
@@ -156,10 +154,10 @@ contains
 
   !> Newton's steps from an iterate to a solution, of the law or with all friction sticking; where
   !! they do not end, to the iterate that leaves least.
-  subroutine follow(unknowns, sticks, way, now, factor, result, moves)
+  subroutine follow(unknowns, sticks, damping, now, factor, result, moves)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     logical, intent(in) :: sticks !! friction holds whatever it has to
-    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
+    integer, intent(in) :: damping !! what damps the steps: plain, damped, sprung
     type(iterate_t), intent(inout) :: now !! start; solution
     type(mortar_factor_t), intent(inout) :: factor !! of the same compliance, or unknown
     type(mortar_result_t), intent(inout) :: result !! steps, how it ended
@@ -172,7 +170,7 @@ contains
     n = size(now%z)
     result%singular = .false.
     least = huge(least)
-    last = merge(most_plain, most_damped, way == plain)
+    last = merge(most_plain, most_damped, damping == plain)
     do step = 0, last
       result%left = maxval([0.0_wp, abs(now%defect), abs(now%balance)])
       result%converged = is_solved(unknowns, now) .and. .not. (moves .and. step == 0)
@@ -183,8 +181,8 @@ contains
       end if
       if (step == last) exit
       reused = fits(now, factor)
-      call find_step(unknowns, now, way, 0.0_wp, factor, change, free)
-      if (free) call find_free_step(unknowns, now, way, factor, change, result%singular)
+      call find_step(unknowns, now, damping, 0.0_wp, factor, change, free)
+      if (free) call find_free_step(unknowns, now, damping, factor, change, result%singular)
       if (result%singular) exit
       result%steps = result%steps + merge(0, 1, reused)
       result%repeated = result%repeated + merge(1, 0, reused)
@@ -362,13 +360,13 @@ contains
     end do
   end function way_since
 
-  !> A step of bodies that contact leaves free. What stops their motion in the step alone is so
-  !! much that bodies out of balance touch the first gap on their way, and little where all are in
-  !! balance. Nodes that touch without a force are on no way.
-  subroutine find_free_step(unknowns, now, way, factor, change, singular)
+  !> A step of bodies that contact leaves free: springs in the step alone stop them a little beyond
+  !! the first gap on their way, and are soft where there is none. Nodes that touch without a force
+  !! are on no way.
+  subroutine find_free_step(unknowns, now, damping, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
+    integer, intent(in) :: damping !! what damps the steps: plain, damped, sprung
     type(mortar_factor_t), intent(inout) :: factor !! made anew
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
     logical, intent(out) :: singular !! there is none
@@ -376,7 +374,7 @@ contains
     integer :: i
 
     hold = soft*mean_stiffness(unknowns)
-    call find_step(unknowns, now, way, hold, factor, change, singular)
+    call find_step(unknowns, now, damping, hold, factor, change, singular)
     if (singular) return
     associate (n => 3*unknowns%n, gap => now%gap(3::3))
       closing = -matmul(unknowns%compliance(3::3, :), change(:n)) &
@@ -389,7 +387,7 @@ contains
       end do
     end associate
     if (share*beyond >= 1.0_wp) return
-    call find_step(unknowns, now, way, min(hold/(beyond*share), mean_stiffness(unknowns)), &
+    call find_step(unknowns, now, damping, min(hold/(beyond*share), mean_stiffness(unknowns)), &
       factor, change, singular)
   end subroutine find_free_step
 
@@ -405,10 +403,10 @@ contains
 
   !> Newton's step: open multipliers go to zero, and the others solve what is left, bordered by the
   !! rigid motions, eq. (7.17).
-  subroutine find_step(unknowns, now, way, hold, factor, change, singular)
+  subroutine find_step(unknowns, now, damping, hold, factor, change, singular)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! where it starts
-    integer, intent(in) :: way !! what damps the steps: plain, damped, sprung
+    integer, intent(in) :: damping !! what damps the steps: plain, damped, sprung
     real(wp), intent(in) :: hold !! stops rigid motions in the step alone [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! made anew where it does not fit
     real(wp), intent(out) :: change(:) !! (3 n + modes) of forces and motions
@@ -428,7 +426,7 @@ contains
     ! motions in the unit of forces: their columns are as large as the others
     unit = mean_stiffness(unknowns)
     if (hold > 0.0_wp .or. .not. fits(now, factor)) then
-      call form_matrix(unknowns, now, way, hold/unit, unit, factor)
+      call form_matrix(unknowns, now, damping, hold/unit, unit, factor)
       call dgetrf(n + m, n + m, factor%matrix, n + m, factor%pivot, info)
       singular = info /= 0
       if (m > 0 .and. hold <= 0.0_wp .and. .not. singular) singular = &
@@ -464,10 +462,10 @@ contains
   end function fits
 
   !> Newton's matrix of the closed multipliers and the rigid motions, I - Pi'(I - r G).
-  pure subroutine form_matrix(unknowns, now, way, hold, unit, factor)
+  pure subroutine form_matrix(unknowns, now, damping, hold, unit, factor)
     type(mortar_system_t), intent(in) :: unknowns !! the system
     type(iterate_t), intent(in) :: now !! status and slopes
-    integer, intent(in) :: way !! damped: all get more compliance, else those of shared nodes
+    integer, intent(in) :: damping !! not plain: all get more compliance, else those of shared nodes
     real(wp), intent(in) :: hold !! what stops rigid motions, over the unit
     real(wp), intent(in) :: unit !! stiffness that stands for 1 [force/length]
     type(mortar_factor_t), intent(inout) :: factor !! gets matrix, kept
@@ -477,7 +475,7 @@ contains
 
     lacking = measure(now)/max(tiny(even), norm2(now%z), measure(now))
     even = evens_out
-    if (way /= plain) even = max(even, min(damps_at_most, lacking))
+    if (damping /= plain) even = max(even, min(damps_at_most, lacking))
     factor%kept = pack([(i, i=1, 3*unknowns%n)], [(now%closed((i + 2)/3), i=1, 3*unknowns%n)])
     factor%slips = now%slips
     n = size(factor%kept)
@@ -495,7 +493,7 @@ contains
       do k = 1, n, 3
         i = (kept(k) + 2)/3
         slope = now%slope(:, :, i)
-        shared = way /= plain .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
+        shared = damping /= plain .or. count(unknowns%rows%node == unknowns%rows%node(i)) > 1
         matrix(k:k + 2, k:k + 2) = matrix(k:k + 2, k:k + 2) - merge(1.0_wp - even, 1.0_wp, &
           shared)*slope
         do l = k, k + 2
@@ -507,7 +505,7 @@ contains
       matrix(n + 1:, :n) = transpose(unknowns%push(kept, :))
       matrix(n + 1:, n + 1:) = -unknowns%hold/unit
       do k = n + 1, n + m
-        matrix(k, k) = matrix(k, k) - max(hold, merge(lacking, 0.0_wp, way == sprung))
+        matrix(k, k) = matrix(k, k) - max(hold, merge(lacking, 0.0_wp, damping == sprung))
       end do
     end associate
   end subroutine form_matrix
